@@ -6,10 +6,10 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from harness.engines.base import Value, Values
-from harness.engines.jobs import dealt
+from harness.engines.base import Job, Value, Values
+from harness.engines.jobs import Batches, dealt
 from harness.engines.output import Output
 from harness.engines.process import (
     FAULTS,
@@ -33,6 +33,11 @@ from harness.errors import (
 )
 from harness.model.allowed import COUNT, Allowed
 
+if TYPE_CHECKING:
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
+
+SCENE_SCRIPT, SCENE_LOG, DONE = "in.lmp", "log.lammps", "done"  # in the folder of a scene
 # LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:.*", re.MULTILINE)
 # what LAMMPS writes after its error: where in the manual, the command, the end of the script
@@ -192,6 +197,48 @@ class LammpsLanguage(ScriptedEngine):
             text = self.literal(value)
             words[name] = f'"{text}"' if " " in text and isinstance(value, str) else text
         return words
+
+    # ---- scenes, each in a folder of its own, as if it were run by hand
+
+    def write_scenes(
+        self, command: Sequence[str], folder: Path, jobs: Sequence[Job]
+    ) -> Sequence[str]:
+        """Write the script of each scene and ``batch.in``; return the command that runs it."""
+        lines: list[str] = []
+        for place, job in enumerate(jobs):
+            (folder / str(place)).mkdir()
+            script = folder / str(place) / SCENE_SCRIPT
+            script.write_text(self.scene_script(job), encoding="utf-8")
+            lines += [f"shell cd {place}", f"log {SCENE_LOG}", "clear"]
+            lines += [f"include {SCENE_SCRIPT}", f'print "done" file {DONE}', "shell cd .."]
+        (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        return command
+
+    def scene_batches(self) -> Batches[Job, Motion]:
+        """Return how the program runs scenes, by scripts that write their samples to a dump."""
+
+        def read(folder: Path, place: int, job: Job, _: float) -> Motion | None:
+            done = (folder / str(place) / DONE).exists()
+            return self.read_samples(folder / str(place), self.scene_of(job)) if done else None
+
+        return Batches(
+            title=self.title,
+            write=lambda folder, jobs: self.write_scenes(self.command(()), folder, jobs),
+            read=read,
+            error=self.error_of,
+            log=lambda folder, place: text_of(folder / str(place) / SCENE_LOG),
+            environment=self.environment,
+        )
+
+    def read_samples(self, folder: Path, scene: Scene) -> Motion:
+        """Return the motion that the script of a scene wrote into a folder.
+
+        Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError
+        for one that is not finite.
+        """
+        raise NotImplementedError
+
+    # ---- results
 
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of a task."""

@@ -5,67 +5,73 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from harness.engines.base import Job
 from harness.engines.jobs import Batches
-from harness.engines.process import Ended, text_of
+from harness.engines.process import text_of
 from harness.engines.scene_tables import COLUMNS, checked_motion
-from harness.errors import EngineError, EngineOutputError, Unsupported
+from harness.engines.scripts import ScriptedEngine
+from harness.errors import EngineOutputError, Unsupported
 from harness.model.base import ZERO
 from harness.model.law import Law
-from harness.model.motion import Floats, Motion
+from harness.model.motion import Motion
 from harness.model.scene import UNBOUNDED, Body, Scene, Wall
 
-Outcome = Motion | EngineError
 SCENES = "scenes.json"
 PARTS = tuple(COLUMNS)  # of a motion
-Rows = Sequence[tuple[Scene, Mapping[str, Any]]]  # scenes, each with its words in a code
 
 
-def write_scenes(folder: Path, rows: Rows) -> None:
-    """Write a JSON list of scenes, each with the numbers that a code has for it (``code``)."""
-    (folder / SCENES).write_text(_scenes_text(rows), encoding="utf-8")
+class SceneFileEngine(ScriptedEngine):
+    """A code whose own Python runs scripts, and ``run_scenes.py`` on a file of scenes.
 
-
-def batches_of(
-    title: str, command: Sequence[str], words: Callable[[Scene], Mapping[str, Any]],
-    error: Callable[[Ended, str], EngineError | None],
-    environment: Callable[[Path], Mapping[str, str] | None] = lambda folder: None,  # noqa: ARG005
-) -> Batches[Scene, Motion]:  # fmt: skip
-    """Return how a code runs scenes by a command that takes their file.
-
-    ``words`` returns what the code calls a scene's law, or raises Unsupported; each scene leaves
-    its samples as :func:`read_motion` reads them.
+    ``run_scenes.py`` lies in the folder of the engine's module.
     """
 
-    def write(folder: Path, scenes: Sequence[Scene]) -> Sequence[str]:
-        write_scenes(folder, [(scene, words(scene)) for scene in scenes])
-        return [*command, SCENES]
+    @abstractmethod
+    def scene_words(self, scene: Scene) -> Mapping[str, Any]:
+        """Return what the code calls a scene's law, as ``code`` of the scene's JSON."""
 
-    return Batches(
-        title=title,
-        write=write,
-        read=lambda folder, place, scene, _: read_motion(title, folder, place, scene),
-        error=error,
-        environment=environment,
-    )
+    def scene_batches(self) -> Batches[Job, Motion]:
+        """Return how the code runs a file of scenes."""
 
+        def write(folder: Path, jobs: Sequence[Job]) -> list[str]:
+            (folder / SCENES).write_text(self._scenes_text(jobs), encoding="utf-8")
+            return [self.program, *self.options, str(self._scene_program()), SCENES]
 
-def script_with(script: Path, rows: Rows) -> str:
-    """Return a script that runs a file of scenes, with scenes in it in place of the file."""
-    text, empty = script.read_text(encoding="utf-8"), 'SCENES = ""'
-    return text.replace(empty, f"SCENES = r'''{_scenes_text(rows)}'''", 1)
+        def read(folder: Path, place: int, job: Job, _: float) -> Motion | None:
+            return read_motion(self.title, folder, place, self.scene_of(job))
 
+        return Batches(
+            title=self.title,
+            write=write,
+            read=read,
+            error=self.error_of,
+            environment=self.environment,
+        )
 
-def _scenes_text(rows: Rows) -> str:
-    scenes = [{**scene.model_dump(mode="json"), "code": dict(words)} for scene, words in rows]
-    return json.dumps(scenes)
+    def scene_script(self, job: Job) -> str:
+        """Return ``run_scenes.py`` with a scene in place of the file; it writes ``0.json``."""
+        text, scenes = self._scene_program().read_text(encoding="utf-8"), self._scenes_text([job])
+        return text.replace('SCENES = ""', f"SCENES = r'''{scenes}'''", 1)
+
+    @classmethod
+    def _scene_program(cls) -> Path:
+        return Path(inspect.getfile(cls)).with_name("run_scenes.py")
+
+    def _scenes_text(self, jobs: Sequence[Job]) -> str:
+        scenes = [self.scene_of(job) for job in jobs]
+        words = [dict(self.scene_words(scene)) for scene in scenes]
+        rows = zip(scenes, words, strict=True)
+        return json.dumps([{**scene.model_dump(mode="json"), "code": code} for scene, code in rows])
 
 
 def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | None:
@@ -84,20 +90,17 @@ def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | 
         stages = np.array(table["stages"], float) if scene.stages else None
     except (ValueError, TypeError, KeyError) as error:
         raise EngineOutputError(f"{title} wrote samples that cannot be read ({error})") from None
-    return motion_of(title, scene, steps, parts, stages)
-
-
-def motion_of(
-    title: str, scene: Scene, steps: Sequence[int], parts: Mapping[str, Any],
-    stages: Floats | None = None,
-) -> Motion:  # fmt: skip
-    """Return samples as a motion, checked, of which no two bodies met that must not touch."""
     motion = checked_motion(title, scene, steps, parts, stages)
+    check_omitted_pairs(title, scene, motion)
+    return motion
+
+
+def check_omitted_pairs(title: str, scene: Scene, motion: Motion) -> None:
+    """Raise EngineOutputError where two bodies met that must not touch by the scene's pairs."""
     for i, j in _omitted_pairs(scene):
         distance = np.linalg.norm(motion.position[:, i] - motion.position[:, j], axis=1)
         if (distance < scene.bodies[i].radius + scene.bodies[j].radius).any():
             raise EngineOutputError(f"{title} lets bodies {i} and {j} touch, the scene does not")
-    return motion
 
 
 # ---- scenes that none of these codes can state, and contacts
@@ -106,7 +109,7 @@ def motion_of(
 def check_scene(scene: Scene) -> None:
     """Raise Unsupported for a scene with more than spheres, horizontal planes and one law."""
     law, length = scene.law, scene.period[0]
-    refusals = (
+    refuse_any(
         (scene.laws, "gets one law for all contacts"),
         (_is_selective(scene), "lets all bodies touch one another"),
         (scene.drag, "has no drag"),
@@ -122,6 +125,10 @@ def check_scene(scene: Scene) -> None:
         (any(not _lies_still(wall) for wall in scene.walls), "has horizontal planes at rest"),
         (any(wall.bodies is not None for wall in scene.walls), "has walls that act on all bodies"),
     )
+
+
+def refuse_any(*refusals: tuple[object, str]) -> None:
+    """Raise Unsupported with the first reason of pairs of a condition and a reason that holds."""
     for refused, reason in refusals:
         if refused:
             raise Unsupported(reason)
@@ -154,7 +161,8 @@ def _omitted_pairs(scene: Scene) -> list[tuple[int, int]]:
 def _is_selective(scene: Scene) -> bool:
     """Return whether a pair that may not touch is nearer than twice its reach at the start.
 
-    One at a larger distance, as the next but one in a line, is watched: :func:`motion_of`.
+    One at a larger distance, as the next but one in a line, is watched by
+    :func:`check_omitted_pairs`.
     """
     for i, j in _omitted_pairs(scene):
         first, second = scene.bodies[i], scene.bodies[j]

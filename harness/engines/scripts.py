@@ -45,9 +45,7 @@ from harness.model.allowed import Allowed
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-    from harness.model.conventions import Rules
     from harness.model.motion import Motion
-    from harness.model.scene import Scene
 
 Folder = Traversable | Path
 RUNS = "runs.json"
@@ -89,8 +87,7 @@ class ScriptedEngine(ProgramEngine):
     ``switches`` that its script declares. ``allowed`` is what variables of the engine's own may
     be. ``command_name`` is the start of a command line that a user would type.
 
-    ``scenes`` is the module that runs scenes, where the code takes them: its ``rules(scene)``,
-    ``script(scene)`` and ``motions(program, scenes, workers=, limits=, processes=)``.
+    One that takes scenes as well has ``rules``, ``scene_batches`` and ``scene_script``.
     """
 
     extension: ClassVar[str] = "py"
@@ -100,7 +97,6 @@ class ScriptedEngine(ProgramEngine):
     unused_values: ClassVar[frozenset[str]] = frozenset()
     switches: ClassVar[Values] = {}
     allowed: ClassVar[Mapping[str, Allowed]] = {}
-    scenes: ClassVar[Any] = None
 
     # ---- the form of scripts and their files
 
@@ -217,9 +213,9 @@ class ScriptedEngine(ProgramEngine):
 
     def script_text(self, job: Job) -> str:
         """Return the plain script of a job: of its template, else of its scene."""
-        if self.scenes is None or job.scene is None or self.has_template(job.template):
+        if job.scene is None or self.has_template(job.template):
             return self.template_text(self.task(job))
-        return str(self.scenes.script(self.scene_of(job)))
+        return self.scene_script(job)
 
     def template_text(self, task: Task) -> str:
         """Return the script of a template below the command that runs it."""
@@ -278,22 +274,19 @@ class ScriptedEngine(ProgramEngine):
             ) from None
         return (root / "templates" / cls.name, *folders)
 
-    # ---- scenes
+    # ---- scenes, for a code that takes them
 
-    def rules(self, scene: Scene) -> Rules:
-        """Return the conventions by which a scene is run; raise Unsupported."""
-        if self.scenes is None:
-            return super().rules(scene)
-        conventions: Rules = self.scenes.rules(scene)
-        return conventions
+    def scene_batches(self) -> Batches[Job, Motion]:
+        """Return how the program runs the scenes of jobs."""
+        raise NotImplementedError
+
+    def scene_script(self, job: Job) -> str:
+        """Return the plain script of a job's scene."""
+        raise NotImplementedError
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
-        motions: list[Motion | EngineError] = self.scenes.motions(
-            self.program, [self.scene_of(job) for job in jobs], workers=self.workers,
-            limits=self.limits, processes=self.processes,
-        )  # fmt: skip
-        return motions
+        return self.scene_batches().run(jobs, self.workers, self.limits, self.processes)
 
     # ---- runs of scripts
 

@@ -11,9 +11,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from harness.engines.kratos import scenes as kratos
-from harness.engines.liggghts import scenes as liggghts
-from harness.engines.yade import scenes as yade
+from harness.engines.base import scene_job
+from harness.engines.kratos.engine import FAULTS as KRATOS_FAULTS
+from harness.engines.kratos.engine import Kratos
+from harness.engines.liggghts.engine import Liggghts
+from harness.engines.yade.engine import Yade
 from harness.errors import CombinationError, Unsupported
 from harness.model.conventions import Faults, Rules
 from harness.model.law import Law
@@ -37,11 +39,11 @@ from tests.solvers.reference.scenes import (
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 
-CODES = {"liggghts": liggghts, "yade": yade, "kratos": kratos}
+CODES = {"liggghts": Liggghts, "yade": Yade, "kratos": Kratos}
 ALL = pytest.mark.parametrize("code", CODES)
 TOLERANCE = 1e-9
 FAULTS = {
-    "kratos": kratos.FAULTS,
+    "kratos": KRATOS_FAULTS,
     "liggghts": Faults(forgets_setup=True),
     "yade": Faults(rolling_by_rate=True),
 }
@@ -180,7 +182,8 @@ def runs(code):
             rows.append((law, system, scene, CODES[code].rules(scene)))
         except (CombinationError, Unsupported):  # a step too large for the springs of a small one
             continue
-    motions = CODES[code].motions(path, [row[2] for row in rows])
+    with CODES[code](path) as engine:
+        motions = engine.motions([scene_job(row[2]) for row in rows])
     return [(*row, motion) for row, motion in zip(rows, motions, strict=True)]
 
 

@@ -87,10 +87,10 @@ def stated(code):
 @ALL
 def test_plane_scenes_at_equal_steps(code):
     path, rows = program(code), [*stated(code)]
+    with CODES[code](path) as engine:
+        motions = engine.motions([scene_job(scene) for _, scene, _ in rows])
     offs, moved = {}, False
-    for (name, scene, rules), motion in zip(
-        rows, CODES[code].motions(path, [scene for _, scene, _ in rows]), strict=True
-    ):
+    for (name, scene, rules), motion in zip(rows, motions, strict=True):
         expected = reference.run(scene, rules)
         assert motion.time == pytest.approx(expected.time), name
         offs[name] = 0.01 * difference(moving(scene, motion), moving(scene, expected))

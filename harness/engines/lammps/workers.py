@@ -15,16 +15,23 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from harness.engines.jobs import parallel_map
-from harness.engines.lammps_language import check_log, error_from_text, file_of, version_in
-from harness.engines.output import Provenance, finished
+from harness.engines.lammps_language import (
+    LammpsLanguage,
+    check_log,
+    error_from_text,
+    file_of,
+    version_in,
+)
+from harness.engines.output import Output, Provenance, finished
 from harness.engines.process import (
     Limits,
     fresh_folder,
@@ -33,7 +40,7 @@ from harness.engines.process import (
     text_of,
     with_limits,
 )
-from harness.engines.scripts import Script
+from harness.engines.scripts import Task
 from harness.errors import (
     EngineCrashError,
     EngineError,
@@ -48,173 +55,169 @@ LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")
 START_SECONDS = 60.0
 LONGEST_WAIT_SECONDS = 2e6  # poll takes milliseconds as a 32-bit number
 TITLE = "LAMMPS (in-process)"
-
-
-class Order(NamedTuple):
-    """One run: a script, its variables, whether it writes a series, its expected time [s]."""
-
-    script: Script
-    variables: Mapping[str, str]
-    sampled: bool
-    seconds: float = 0.0
-
-
-class FinishedRun(NamedTuple):
-    """The files of a finished run: its log, its series (empty where none), its wall time [s]."""
-
-    log: str
-    series: str
-    seconds: float
+# returns the output of a task from its log, its series (empty where none) and its wall time [s]
+Reader = Callable[[Task, str, str, float], Output]
 
 
 class InProcess:
     """Runner with up to ``workers`` processes, each with LAMMPS loaded once.
 
-    A worker that dies, hangs or runs out of memory costs the run it was at; the next run gets a
-    new worker.
+    A process that dies, hangs or runs out of memory costs the run it was at; the next run gets a
+    new one.
     """
 
     def __init__(self, workers: int, limits: Limits) -> None:
-        self._limits, self._workers, self._closed, self._hung = limits, workers, False, 0
-        self._files = ExitStack()
-        self._folder = self._files.enter_context(fresh_folder())
-        self._slots: queue.LifoQueue[Worker | None] = queue.LifoQueue()
-        for _ in range(workers):
-            self._slots.put(None)
-        self._live: set[Worker] = set()
+        self._files, self._hung = ExitStack(), 0
+        folder = self._files.enter_context(fresh_folder())
+        self._workers = [Worker(folder, limits) for _ in range(workers)]
+        self._free: queue.LifoQueue[Worker] = queue.LifoQueue()
+        for worker in self._workers:
+            self._free.put(worker)
 
     def identify(self) -> Provenance:
         """Return the version and packages of the library; raise EngineMissingError without it."""
-        with self._worker() as worker:
-            return worker.provenance
+        with self._free_worker() as worker:
+            return worker.identify()
 
-    def run(self, orders: Sequence[Order]) -> list[FinishedRun | EngineError]:
-        """Run orders side by side; safe to call from several threads.
+    def run(self, tasks: Sequence[Task], read: Reader) -> list[Output | EngineError]:
+        """Run tasks side by side and read their results; safe to call from several threads.
 
         After two in a row for each worker that hang, the rest is not tried.
         """
-        return parallel_map(self._run_one, orders, min(self._workers, len(orders)))
+
+        def run_one(task: Task) -> Output | EngineError:
+            most = 2 * len(self._workers)
+            if self._hung >= most:
+                return EngineTimeoutError(f"{TITLE}: not run after {most} in a row that hung")
+            try:
+                with self._free_worker() as worker:
+                    output = worker.run(task, read)
+            except EngineError as error:
+                self._hung += isinstance(error, EngineTimeoutError)
+                return error
+            self._hung = 0
+            return output
+
+        return parallel_map(run_one, tasks, min(len(self._workers), len(tasks)))
 
     def close(self) -> None:
-        """End the workers, also those at work, and remove the temporary files."""
-        self._closed = True
-        for busy in list(self._live):
-            busy.kill()
-        for worker in [self._slots.get() for _ in range(self._workers)]:
-            if worker is not None:
-                worker.end()
-            self._slots.put(None)
+        """End the processes, also those at work, and remove the temporary files."""
+        for worker in self._workers:
+            worker.close()
+        for worker in [self._free.get() for _ in self._workers]:  # none is at work any more
+            worker.end()
+            self._free.put(worker)
         self._files.close()
 
     @contextlib.contextmanager
-    def _worker(self) -> Iterator[Worker]:
-        """Wait for a free slot and yield its worker, started if need be; one that fails is ended.
-
-        Raise EngineCrashError after :meth:`close`.
-        """
-        worker = self._slots.get()
+    def _free_worker(self) -> Iterator[Worker]:
+        worker = self._free.get()
         try:
-            if self._closed:
-                raise EngineCrashError(f"{TITLE} was closed")
-            if worker is None:
-                worker = Worker(self._folder, self._limits)
-                self._live.add(worker)
-                if self._closed:  # while it started: close has not seen it
-                    raise EngineCrashError(f"{TITLE} was closed")
             yield worker
-        except BaseException:
-            if worker is not None:
-                worker.end()
-                self._live.discard(worker)
-            worker = None
-            raise
         finally:
-            self._slots.put(worker)
-
-    def _run_one(self, order: Order) -> FinishedRun | EngineError:
-        most = 2 * self._workers
-        if self._hung >= most:
-            return EngineTimeoutError(f"{TITLE}: not run after {most} in a row that hung")
-        try:
-            with self._worker() as worker:
-                end = worker.run(order)
-        except EngineError as error:
-            self._hung += isinstance(error, EngineTimeoutError)
-            return error
-        self._hung = 0
-        return end
+            self._free.put(worker)
 
 
 class Worker:
-    """One process with LAMMPS in it, and the folder it works in."""
+    """A folder and the process with LAMMPS that works there, started with the first run.
+
+    The process ends with the first error; the next run starts another one. Methods raise
+    EngineError, after :meth:`close` EngineCrashError.
+    """
 
     def __init__(self, folder: Path, limits: Limits) -> None:
-        self._limits, self._closed = limits, False
-        self._folder = Path(tempfile.mkdtemp(dir=folder))
-        self._pipe, theirs = Pipe()
-        command = [sys.executable, "-m", __name__, str(theirs.fileno())]
-        with (self._folder / "said").open("wb") as words, theirs:
-            self._process = subprocess.Popen(
-                with_limits(command, limits.memory),
-                stdin=subprocess.DEVNULL,
-                stdout=words,
-                stderr=subprocess.STDOUT,
-                cwd=self._folder,
-                env=one_thread(),
-                pass_fds=[theirs.fileno()],
-            )
-        try:
-            self.provenance = _provenance(self._answer(START_SECONDS))
-        except EngineError:
-            self.end()
-            raise
+        self._folder, self._limits = Path(tempfile.mkdtemp(dir=folder)), limits
+        self._process: subprocess.Popen[bytes] | None = None
+        self._starting, self._closed = threading.Lock(), False
 
-    def run(self, order: Order) -> FinishedRun:
-        """Run one script; raise the EngineError that names what went wrong."""
+    def identify(self) -> Provenance:
+        """Return the version and packages of the library."""
+        with self._ended_by_errors():
+            self._start()
+        return self._provenance
+
+    def run(self, task: Task, read: Reader) -> Output:
+        """Run the script of one task and return its result."""
         log, series = self._folder / "log", self._folder / "series.csv"
-        for path in (log, series):
-            path.unlink(missing_ok=True)
-        # names without a folder, in which there may be a space: the worker works there
-        script = self._folder / file_of(order.script)
-        script.write_text(order.script.text, encoding="utf-8")
-        variables = {**order.variables, "series": series.name}
-        start = time.monotonic()
-        try:
-            with contextlib.suppress(BrokenPipeError):
-                self._pipe.send((script.name, log.name, variables))
-            answer = self._answer(self._limits.time_for(order.seconds))
-            seconds, text, reason = time.monotonic() - start, text_of(log), answer.get("error", "")
-            if reason or not finished(text):
-                raise error_from_text(reason if "ERROR" in reason else text)
-            check_log(text)
-        except EngineError as error:
-            raise error.with_log(text_of(log)) from None
-        return FinishedRun(text, text_of(series) if order.sampled else "", seconds)
+        with self._ended_by_errors():
+            self._start()
+            for path in (log, series):
+                path.unlink(missing_ok=True)
+            # names without a folder, in which there may be a space: the process works there
+            script = self._folder / file_of(task.script)
+            script.write_text(task.script.text, encoding="utf-8")
+            values = {name: LammpsLanguage.literal(value) for name, value in task.values.items()}
+            start = time.monotonic()
+            try:
+                with contextlib.suppress(BrokenPipeError):
+                    self._pipe.send((script.name, log.name, {**values, "series": series.name}))
+                reason = self._answer(self._limits.time_for(task.job.seconds)).get("error", "")
+                seconds, text = time.monotonic() - start, text_of(log)
+                if reason or not finished(text):
+                    raise error_from_text(reason if "ERROR" in reason else text)
+                check_log(text)
+                return read(task, text, text_of(series) if task.job.sampled else "", seconds)
+            except EngineError as error:
+                raise error.with_log(text_of(log)) from None
+
+    def close(self) -> None:
+        """Kill the process; whoever waits for its answer gets an error. Start no other one."""
+        with self._starting:
+            self._closed = True
+            if self._process is not None:
+                self._process.kill()
+
+    def _start(self) -> None:
+        """Start a process and keep its provenance, unless there is one."""
+        with self._starting:
+            if self._closed:
+                raise EngineCrashError(f"{TITLE} was closed")
+            if self._process is not None:
+                return
+            self._pipe, theirs = Pipe()
+            command = [sys.executable, "-m", __name__, str(theirs.fileno())]
+            with (self._folder / "said").open("wb") as words, theirs:
+                self._process = subprocess.Popen(
+                    with_limits(command, self._limits.memory),
+                    stdin=subprocess.DEVNULL,
+                    stdout=words,
+                    stderr=subprocess.STDOUT,
+                    cwd=self._folder,
+                    env=one_thread(),
+                    pass_fds=[theirs.fileno()],
+                )
+        self._provenance = _provenance(self._answer(START_SECONDS))
 
     def _answer(self, seconds: float) -> dict[str, Any]:
         """Return the next answer; raise the error of a process that died, or is late."""
+        assert self._process is not None
         with contextlib.suppress(EOFError, OSError):
             if self._pipe.poll(min(seconds, LONGEST_WAIT_SECONDS)):
                 answer: dict[str, Any] = self._pipe.recv()
                 return answer
-            self._process.kill()
             raise EngineTimeoutError(f"{TITLE} gave no answer within {seconds:g} s")
         code = self._process.wait()
         if self._closed:
             raise EngineCrashError(f"{TITLE} was closed")
         raise error_from_text(last_text(self._folder / "said"), code)
 
-    def kill(self) -> None:
-        """Kill the process; whoever waits for its answer gets an error."""
-        self._closed = True
-        self._process.kill()
+    @contextlib.contextmanager
+    def _ended_by_errors(self) -> Iterator[None]:
+        """End the process with an exception of the block."""
+        try:
+            yield
+        except BaseException:
+            self.end()
+            raise
 
     def end(self) -> None:
-        """End the process; its files go with the runner's folder."""
-        self.kill()
-        self._process.wait()
-        self._pipe.close()
-        remove_segments()
+        """End the process, if there is one."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            self._pipe.close()
+            self._process = None
+            remove_segments()
 
 
 def _provenance(hello: Mapping[str, Any]) -> Provenance:

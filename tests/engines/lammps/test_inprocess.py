@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 
 from harness.cases.drop import CASE, TEMPLATE, values_of
+from harness.engines.base import Job
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.workers import FinishedRun, InProcess, Order
+from harness.engines.lammps.workers import InProcess
 from harness.engines.process import Limits
-from harness.engines.scripts import Script
+from harness.engines.scripts import Script, Task
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -46,17 +47,21 @@ run 1000
 FAT = HEAD.replace("0 1", "0 400") + "lattice sc 1\ncreate_atoms 1 box\n"
 
 
-def order(text):
+def task_of(text):
     """Return a run of a script that ends well unless its text does not."""
     script = Script("test.in", text + '\nprint "RESULT verdict = moves_on"\n', frozenset())
-    return Order(script, {}, sampled=False)
+    return Task(Job(TEMPLATE, {}), script, {})
 
 
 def drop(**changes):
     """Return a run of a drop."""
     values = {**values_of(CASE.default), "series_every": 1000, **changes}
-    variables = {name: Lammps.literal(value) for name, value in values.items()}
-    return Order(Lammps.script(TEMPLATE), variables, sampled=False)
+    return Task(Job(TEMPLATE, values), Lammps.script(TEMPLATE), values)
+
+
+def run(runner, *tasks):
+    """Return the log of each task, or the error of its run."""
+    return runner.run(tasks, lambda *finished: finished[1])
 
 
 GOOD = drop()
@@ -79,43 +84,43 @@ def runner():
 
 @pytest.mark.parametrize("name", ["SEGV", "KILL"])
 def test_lammps_killed_by_a_signal_costs_its_job_only(shared, name):
-    suicide = order(f"shell 'kill -{name} $PPID'")
-    before, dead, after = shared.run([GOOD, suicide, GOOD])
+    suicide = task_of(f"shell 'kill -{name} $PPID'")
+    before, dead, after = run(shared, GOOD, suicide, GOOD)
     assert type(dead) is (EngineMemoryError if name == "KILL" else EngineCrashError)
     assert f"SIG{name}" in str(dead)
-    assert isinstance(before, FinishedRun)
-    assert isinstance(after, FinishedRun)
+    assert isinstance(before, str)
+    assert isinstance(after, str)
 
 
 def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
-    late, good = runner(seconds=1.0).run([ENDLESS, GOOD])
+    late, good = run(runner(seconds=1.0), ENDLESS, GOOD)
     assert type(late) is EngineTimeoutError
     assert "within 1 s" in str(late)
-    assert isinstance(good, FinishedRun)
+    assert isinstance(good, str)
 
 
 def test_runaway_memory_is_stopped_at_the_limit_and_the_next_run_works(runner):
-    fat, good = runner(memory=2 * 1024**3).run([order(FAT), GOOD])
+    fat, good = run(runner(memory=2 * 1024**3), task_of(FAT), GOOD)
     assert type(fat) is EngineMemoryError
     assert "allocate" in str(fat)
-    assert isinstance(good, FinishedRun)
+    assert isinstance(good, str)
 
 
 def test_lost_atom_and_refused_input_have_errors_of_their_own(shared):
-    lost, wrong, good = shared.run([order(HEAD + LOST), order("units furlongs"), GOOD])
+    lost, wrong, good = run(shared, task_of(HEAD + LOST), task_of("units furlongs"), GOOD)
     assert type(lost) is EngineLostAtomsError
     assert "fix integrate" in lost.log
     assert type(wrong) is EngineInputError
     assert "units" in str(wrong)
-    assert isinstance(good, FinishedRun)
+    assert isinstance(good, str)
 
 
 def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
     steep = drop(stiffness=4e6)
-    other = order("variable gravity equal 3\nvariable mine index 7")
-    ends = runner().run([GOOD, steep, other, GOOD])
+    other = task_of("variable gravity equal 3\nvariable mine index 7")
+    ends = run(runner(), GOOD, steep, other, GOOD)
     plain, changed, _, again = (
-        [line for line in end.log.splitlines() if line.startswith("RESULT")] for end in ends
+        [line for line in end.splitlines() if line.startswith("RESULT")] for end in ends
     )
     assert plain == again
     assert changed != plain
@@ -134,10 +139,10 @@ OWNER = """
 import sys, threading, time
 from harness.engines.lammps.workers import InProcess
 from harness.engines.process import Limits
-from tests.engines.lammps.test_inprocess import ENDLESS, GOOD
+from tests.engines.lammps.test_inprocess import ENDLESS, GOOD, run
 runner = InProcess(2, Limits())
-runner.run([GOOD, GOOD])
-threading.Thread(target=runner.run, args=([ENDLESS, ENDLESS],), daemon=True).start()
+run(runner, GOOD, GOOD)
+threading.Thread(target=run, args=(runner, ENDLESS, ENDLESS), daemon=True).start()
 time.sleep(0.5)
 print("at work", flush=True)
 if sys.stdin.read() == "close":
@@ -166,19 +171,11 @@ def test_workers_and_their_files_end_with_the_harness(tmp_path, way):
     assert working_below(tmp_path) == []
 
 
-def test_a_worker_that_starts_while_the_runner_closes_runs_nothing(monkeypatch):
-    class Late:
-        def __init__(self, *_):
-            runner._closed = True
-
-        def end(self):
-            self.ended = True
-
-    monkeypatch.setattr("harness.engines.lammps.workers.Worker", Late)
+def test_a_closed_runner_starts_nothing():
     runner = InProcess(1, Limits())
-    (error,) = runner.run([GOOD])
-    assert str(error) == "LAMMPS (in-process) was closed"
     runner.close()
+    (error,) = run(runner, GOOD)
+    assert str(error) == "LAMMPS (in-process) was closed"
 
 
 def working_below(folder):

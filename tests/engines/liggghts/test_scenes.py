@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from harness.engines.liggghts import scenes
-from harness.engines.liggghts.scenes import script, words
+from harness.engines.base import scene_job
+from harness.engines.liggghts.engine import script, words
 from harness.errors import EngineInputError, Unsupported
 from harness.model.scene import sphere
 from tests.engines.struck import STRUCK, struck_floor, struck_pair
@@ -107,14 +107,14 @@ def test_segments_and_setups_are_runs():
 
 @pytest.mark.live
 @pytest.mark.slow
-def test_error_of_a_scene_is_named_and_the_rest_runs(program, monkeypatch):
-    bad = STRUCK.replace(every=1)
+def test_error_of_a_scene_is_named_and_the_rest_runs(liggghts, monkeypatch):
+    good, bad = scene_job(STRUCK), scene_job(STRUCK.replace(every=1))
 
-    def write_script(scene, dump):
-        return "colour red\n" if scene == bad else script(scene, dump)
+    def write_script(job):
+        return "colour red\n" if job == bad else script(job.scene)
 
-    monkeypatch.setattr(scenes, "script", write_script)
-    motions = scenes.motions(program, [STRUCK, bad, STRUCK], workers=1)
+    monkeypatch.setattr(liggghts, "scene_script", write_script)
+    motions = liggghts.motions([good, bad, good])
     assert isinstance(motions[1], EngineInputError)
     assert "Unknown command: colour" in str(motions[1])
     assert len(motions[0]) == len(motions[2]) == STRUCK.steps // STRUCK.every + 1

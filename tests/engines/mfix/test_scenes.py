@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.engines.mfix.engine import input_texts
 from harness.engines.mfix.scenes import (
     LEAST_RESTITUTION,
+    input_texts,
     motion,
     read_frame,
     read_frames,
@@ -19,7 +19,7 @@ from harness.engines.mfix.scenes import (
 from harness.engines.scene_tables import decided, stages_of
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.law import Law, damping_ratio
-from harness.model.scene import Body, Stage
+from harness.model.scene import Stage
 from harness.solvers import reference
 from tests.engines.test_plane_scenes import drop, row, tower
 from tests.solvers.reference.scenes import climbing, on_row
@@ -105,7 +105,6 @@ def three(*positions, **changes):
     return scene.replace(bodies=tuple(bodies), pairs=None)
 
 
-OFF = {"bodies": (*drop(HALF).bodies[:1], Body(radius=0.5, mass=1.0, motion="held"))}
 REFUSED = [
     (drop(HALF), "effective mass half, motion = held"),
     (drop(HALF.replace(clipped=True), "held"), "keeps the attractive tail"),
@@ -116,6 +115,7 @@ REFUSED = [
     (three(mass=2.0), "one diameter and one mass"),
     (three(radius=0.6), "one diameter and one mass"),
     (three(0.0, 2.5, 1.25), "must come in order"),
+    (three(motion="free"), "must be fixed"),
     (source_row().replace(stages=()), "stages that give its end"),
     (source_row().replace(period=(10.5, None, None)), "row is of touching spheres"),
     (source_row().replace(period=(None, None, None)), "stages are those of a row"),
@@ -126,14 +126,6 @@ REFUSED = [
 def test_scene_that_mfix_cannot_state(scene, reason):
     with pytest.raises(Unsupported, match=reason):
         rules(scene)
-
-
-def test_lines_have_forces_in_euler_alone():
-    line = tower(Law(normal_stiffness=1e6))
-    assert rules(line).scheme == "mfix_euler"
-    with pytest.raises(Unsupported, match="in scheme EULER only"):
-        rules(line, "ADAMS_BASHFORTH")
-    assert rules(drop(HALF, "held"), "ADAMS_BASHFORTH").scheme == "mfix_adams_bashforth"
 
 
 # ---- stages, by looks at a path
@@ -179,14 +171,12 @@ def frames(stand_in_module, tmp_path):
     assert system.every == 10
     states = np.random.default_rng(1).uniform(1.0, 2.0, (ROWS, 4))
     for number, (x, y, vx, vy) in enumerate(states):
-        others = [(199.0, (1.0, 5.0))]
-        if number == 0:  # the first frame has the whole row
-            others = [(2.0 + i, place) for i, place in enumerate(system.place[1:])]
-        points = [(name, (*place, 0.0), (0.0,) * 3) for name, place in others]
-        points.insert(len(points) if number % 2 else 0, (1.0, (x, y, 0.0), (vx, vy, 0.0)))
-        ids, places, velocities = zip(*points, strict=True)
-        fields = {"Velocity": velocities, "Particle_ID": [(name,) for name in ids]}
-        content = stand_in_module.vtp(10 * number * scene.step, places, fields)
+        # the first frame has the whole row; the order in a file changes
+        rows = [(2.0 + i, *place, 0.0, 0.0) for i, place in enumerate(system.places[1:])]
+        rows = [(1.0, x, y, vx, vy), *(rows if number == 0 else [(199.0, 1.0, 5.0, 0.0, 0.0)])]
+        table = np.array(rows[::-1] if number % 2 else rows)
+        fields = {"Velocity": table[:, 3:], "Particle_ID": table[:, :1]}
+        content = stand_in_module.vtp(10 * number * scene.step, table[:, 1:3], fields)
         (tmp_path / f"GRAIN_{number:04d}.vtp").write_bytes(content)
     return system, states, tmp_path
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from harness.engines.yade import run_scenes
-from harness.engines.yade.scenes import rules, words
+from harness.engines.yade.engine import Yade as Engine
+from harness.engines.yade.engine import words
 from harness.errors import Unsupported
 from harness.model.motion import Motion
 from harness.model.scene import Scene, Wall
@@ -116,7 +117,7 @@ def test_samples_are_those_of_velocity_verlet(scene):
 def test_stages_are_those_of_the_reference(steps, stages):
     scene = climbing(*stages, steps=steps)
     _, motion = run_in_stand_in(scene)
-    expected = reference.run(scene, rules(scene))
+    expected = reference.run(scene, Engine.rules(scene))
     assert motion.stages == pytest.approx(expected.stages, abs=1e-12)
     assert difference(motion, expected) < 1e-12
 
@@ -196,10 +197,12 @@ def test_constant_torque_of_rolling_has_one_arm():
 
 
 def test_conventions_go_by_the_law():
-    assert rules(struck_floor(HOOKE)).wall_lever == "height"
-    assert rules(struck_floor(HOOKE)).wall_curvature == 0.0
-    assert rules(struck_floor(HERTZ)).wall_curvature == 1e-8
-    assert rules(struck_floor(HOOKE.replace(**SPRING, **ROLLS))).wall_lever == "contact_point"
+    assert Engine.rules(struck_floor(HOOKE)).wall_lever == "height"
+    assert Engine.rules(struck_floor(HOOKE)).wall_curvature == 0.0
+    assert Engine.rules(struck_floor(HERTZ)).wall_curvature == 1e-8
+    assert (
+        Engine.rules(struck_floor(HOOKE.replace(**SPRING, **ROLLS))).wall_lever == "contact_point"
+    )
 
 
 EACH = {"damping": "coeff_restitution", "restitution": 0.5, "partner_restitution": 0.9,
