@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,18 +35,18 @@ from harness.engines.scene_files import (
     room,
 )
 from harness.engines.scene_tables import motion_of_table
-from harness.engines.scripts import Task
+from harness.engines.scripts import Task, rendered
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law
 from harness.model.motion import Motion
-from harness.model.scene import LOOK, Body, Scene, effective_radius
+from harness.model.scene import LOOK, Body, Scene, Segment, effective_radius
 
 MODEL = "hooke/stiffness"  # the one normal model whose spring and dashpot can be given
+TEMPLATES = Path(__file__).with_name("templates")
 SAMPLES, STAGES = "samples.dump", "samples.stages"
 SAME = 1e-9  # relative difference of coefficients that are tied to one another
 AI = 2.25  # of k_n (mu_r R*)^2: Ai et al., Powder Technol. 206, 269 (2011)
-COLUMNS = "id x y z vx vy vz omegax omegay omegaz fx fy fz tqx tqy tqz"
 FRAME = "ITEM: TIMESTEP\n"
 # Open MPI for one process: no daemon that outlives it, no search for networks (0.3 s a start)
 ALONE = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
@@ -169,154 +170,61 @@ def script(scene: Scene) -> str:
 
     Raise Unsupported for a scene that LIGGGHTS cannot run.
     """
-    lines = [*_bodies(scene), *_contacts(scene, words(scene)), *_motion(scene)]
-    if not scene.stages:
-        return "\n".join([*lines, *_run(scene), ""])
-    return "\n".join([*STRETCHES, *lines, *_watched(scene), ""])
-
-
-# At the top of the script: a jump reads it from there.
-STRETCHES = """jump SELF system
-label stretch
-run $(v_stretch) pre no post no
-if "$(v_go_on) == 1" then "jump SELF stretch"
-jump SELF look
-label system""".splitlines()
-
-
-def _bodies(scene: Scene) -> Iterator[str]:
-    kinds = _kinds(scene)
-    yield "units si\natom_style granular\natom_modify map array sort 0 0\nnewton off"
-    yield "communicate single vel yes\nhard_particles yes"
-    yield from _box(scene)
-    yield f"create_box {len(kinds) + 1} space    # types: kinds of bodies, and walls"
+    code, law, kinds = words(scene), scene.law, {kind(body): body for body in scene.bodies}
+    sides = [*kinds.values(), None]
+    pairs = [_coefficients(scene, code, side, other) for side in sides for other in sides]
+    boundary, box = _box(scene)
+    groups: dict[str, list[int]] = {}
     for k, body in enumerate(scene.bodies, 1):
-        density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3)
-        yield f"create_atoms {kinds.index(kind(body)) + 1} single {_text(*body.position)} units box"
-        yield f"set atom {k} diameter {_text(2.0 * body.radius)} density {_text(density)}"
-        yield _velocities(k, body.velocity, body.angular_velocity)
+        groups.setdefault("led" if scene.segments else body.motion, []).append(k)
+    values = {
+        "scene": scene,
+        "words": code,
+        "kinds": [*kinds],
+        "kind": kind,
+        "density": lambda body: body.mass / (4.0 / 3.0 * math.pi * body.radius**3),
+        "boundary": boundary,
+        "box": box,
+        "coefficients": {name: [pair[name] for pair in pairs] for name in pairs[0]},
+        "material": {
+            "youngsModulus": law.youngs_modulus or 1e7,
+            "poissonsRatio": law.poisson_ratio or 0.0,
+        },
+        "skin": 0.5 * min(body.radius for body in scene.bodies),
+        "groups": groups,
+        "weight": math.hypot(*scene.gravity),
+        "runs": _runs(scene),
+        "samples": SAMPLES,
+        "stages": STAGES,
+        "look": LOOK,
+        "text": _text,
+        "zip": zip,
+    }
+    return rendered([TEMPLATES], "scene.in.j2", values)
 
 
-def _box(scene: Scene) -> Iterator[str]:
-    """Yield the boundaries: of a periodic row a quarter of a diameter before its first body."""
+def _box(scene: Scene) -> tuple[str, str]:
+    """Return the boundaries: of a periodic row a quarter of a diameter before its first body."""
     side, length = _text(room(scene)), scene.period[0]
     if length is None:
-        yield f"boundary f f f\nregion space block {' '.join([f'-{side} {side}'] * 3)} units box"
-        return
+        return "f f f", " ".join([f"-{side} {side}"] * 3)
     largest = max(body.radius for body in scene.bodies)
     first = min(body.position[0] for body in scene.bodies) - 0.5 * largest
     across = [body.position[1] for body in scene.bodies]
     ends = (first, first + length, min(across) - 2.0 * largest, max(across) + 4.0 * largest)
-    yield "boundary p s f"
-    yield f"region space block {_text(*ends, -2.0 * largest, 2.0 * largest)} units box"
+    return "p s f", _text(*ends, -2.0 * largest, 2.0 * largest)
 
 
-def _contacts(scene: Scene, words: Words) -> Iterator[str]:
-    kinds, law = _kinds(scene), scene.law
-    sides = [*{kind(body): body for body in scene.bodies}.values(), None]
-    table = [_coefficients(scene, words, side, other) for side in sides for other in sides]
-    for name in table[0]:
-        values = _text(*(coefficients[name] for coefficients in table))
-        yield f"fix {name} all property/global {name} peratomtypepair {len(sides)} {values}"
-    material = {
-        "youngsModulus": law.youngs_modulus or 1e7,
-        "poissonsRatio": law.poisson_ratio or 0.0,
-    }
-    for name, value in material.items():
-        yield f"fix {name} all property/global {name} peratomtype {_text(*[value] * len(sides))}"
-    yield f"fix factor all property/global rollingStiffness scalar {_text(words.factor)}"
-    yield f"pair_style gran {words.models} {words.settings}\npair_coeff * *"
-    for k, wall in enumerate(scene.walls):
-        place = f"primitive type {len(kinds) + 1} zplane {_text(wall.point[2])}"
-        yield f"fix wall_{k} all wall/gran {words.models} {place} {words.settings}"
-
-
-def _motion(scene: Scene) -> Iterator[str]:
-    """Yield how bodies move and what is written."""
-    search = "nsq" if scene.period[0] is None else "bin"
-    yield f"neighbor {_text(0.5 * min(b.radius for b in scene.bodies))} {search}"
-    yield f"neigh_modify delay 0 every 1 check yes\ntimestep {_text(scene.step)}"
-    groups: dict[str, list[int]] = {}
-    for k, body in enumerate(scene.bodies, 1):
-        groups.setdefault("led" if scene.segments else body.motion, []).append(k)
-    for name, numbers in groups.items():
-        yield f"group {name} id {' '.join(map(str, numbers))}"
-        yield f"fix move_{name} {name} {'nve/sphere' if name == 'free' else 'nve/noforce'}"
-    g = math.hypot(*scene.gravity)
-    if "free" in groups and g:
-        yield f"fix weight free gravity {_text(g)} vector {_text(*scene.gravity)}"
-    if "frozen" in groups:
-        yield "fix freeze frozen freeze"
-    # over a periodic boundary places run on
-    columns = COLUMNS if scene.period[0] is None else COLUMNS.replace("x y z", "xu yu zu", 1)
-    yield f"dump samples all custom {scene.every} {SAMPLES} {columns}"
-    yield f'dump_modify samples sort id format "%d{" %.17g" * (len(COLUMNS.split()) - 1)}"'
-    yield "thermo 1000000000\nthermo_style custom step\nthermo_modify lost error norm no flush no"
-
-
-def _run(scene: Scene) -> Iterator[str]:
-    for segment in scene.segments:
-        moved = zip(segment.velocities, segment.angular_velocities, strict=True)
-        yield from (_velocities(k, v, w) for k, (v, w) in enumerate(moved, 1))
-        yield f"run {segment.steps} post no"
-    if not scene.segments:
-        ends = [*sorted({at for at in scene.setups if 0 < at < scene.steps}), scene.steps]
-        for start, end in zip([0, *ends], ends, strict=False):
-            yield f"run {end - start} post no"
-
-
-def _watched(scene: Scene) -> Iterator[str]:
-    """Yield runs of a few steps, until the first body is beyond the last place or given up."""
-    mass, (gx, gy, _) = scene.bodies[0].mass, scene.gravity
-    state = "$(step) $(xcm(first,x)) $(xcm(first,y)) $(vcm(first,x)) $(vcm(first,y)) $(v_spin)"
-    yield "variable places delete\nvariable floors delete\ngroup first id 1"
-    yield f"variable places index {_text(*(stage.place for stage in scene.stages))}"
-    yield f"variable floors index {_text(*(stage.floor for stage in scene.stages))}"
-    formulas = {
-        "spin": "omegaz[1]",
-        "square": "vcm(first,x)^2+vcm(first,y)^2",
-        "height": f"{_text(gx)}*xcm(first,x)+{_text(gy)}*xcm(first,y)",
-        "energy": f"{_text(mass)}*(0.5*v_square-v_height)",
-        "left": f"{scene.steps}-step",
-        "stretch": f"{LOOK}*(v_left>={LOOK})+v_left*(v_left<{LOOK})",
-        "go_on": "(xcm(first,x)<=v_places)&&(vcm(first,x)>=0)&&(v_left>0)",
-        "stops": "(vcm(first,x)<0)&&(v_energy<v_floors)",
-    }
-    for name, formula in formulas.items():
-        yield f"variable {name} equal {formula}"
-    yield f"""echo none
-run 0 post no
-print "{state}" file {STAGES}
-jump SELF stretch
-label begin
-run 0 post no
-jump SELF stretch
-label look
-if "$(xcm(first,x)<=v_places) == 1" then "jump SELF before"
-print "{state}" append {STAGES}
-if "$(v_left<=0) == 1" then "jump SELF over"
-next places floors
-jump SELF begin
-jump SELF over
-label before
-if "$((v_stops==0)&&(v_left>0)) == 1" then "jump SELF begin"
-print "{state}" append {STAGES}
-label over
-echo log"""
-
-
-def _velocities(number: int, velocity: Sequence[float], spin: Sequence[float]) -> str:
-    names = ("vx", "vy", "vz", "omegax", "omegay", "omegaz")
-    moved = zip(names, (*velocity, *spin), strict=True)
-    return f"set atom {number} " + " ".join(f"{name} {_text(value)}" for name, value in moved)
+def _runs(scene: Scene) -> list[tuple[Segment | None, int]]:
+    """Return the velocities that are prescribed from a step on, or None, and the steps of runs."""
+    if scene.segments:
+        return [(segment, segment.steps) for segment in scene.segments]
+    ends = [*sorted({at for at in scene.setups if 0 < at < scene.steps}), scene.steps]
+    return [(None, end - start) for start, end in pairwise([0, *ends])]
 
 
 def _text(*values: float) -> str:
     return " ".join(f"{value:.17g}" for value in values)
-
-
-def _kinds(scene: Scene) -> list[tuple[float, float, str]]:
-    return list(dict.fromkeys(kind(body) for body in scene.bodies))
 
 
 # ---- the law in LIGGGHTS's words

@@ -68,10 +68,14 @@ GOOD = drop()
 ENDLESS = drop(steps=2_000_000_000, series_every=1_000_000_000)
 
 
-@pytest.fixture(scope="module")
-def shared():
-    with contextlib.closing(InProcess(2, Limits())) as runner:
-        yield runner
+FAULTS = {  # a run, the limits, its error and words of it
+    "SEGV": (task_of("shell 'kill -SEGV $PPID'"), {}, EngineCrashError, "SIGSEGV"),
+    "KILL": (task_of("shell 'kill -KILL $PPID'"), {}, EngineMemoryError, "SIGKILL"),
+    "hang": (ENDLESS, {"seconds": 1.0}, EngineTimeoutError, "within 1 s"),
+    "memory": (task_of(FAT), {"memory": 2 * 1024**3}, EngineMemoryError, "allocate"),
+    "lost": (task_of(HEAD + LOST), {}, EngineLostAtomsError, "Lost atoms"),
+    "refused": (task_of("units furlongs"), {}, EngineInputError, "units"),
+}
 
 
 @pytest.fixture
@@ -82,37 +86,14 @@ def runner():
         )
 
 
-@pytest.mark.parametrize("name", ["SEGV", "KILL"])
-def test_lammps_killed_by_a_signal_costs_its_job_only(shared, name):
-    suicide = task_of(f"shell 'kill -{name} $PPID'")
-    before, dead, after = run(shared, GOOD, suicide, GOOD)
-    assert type(dead) is (EngineMemoryError if name == "KILL" else EngineCrashError)
-    assert f"SIG{name}" in str(dead)
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_run_that_fails_is_named_and_costs_only_itself(runner, name):
+    task, limits, error, words = FAULTS[name]
+    before, failed, after = run(runner(**limits), GOOD, task, GOOD)
+    assert type(failed) is error
+    assert words in str(failed)
     assert isinstance(before, str)
     assert isinstance(after, str)
-
-
-def test_run_out_of_time_is_ended_and_the_next_one_works(runner):
-    late, good = run(runner(seconds=1.0), ENDLESS, GOOD)
-    assert type(late) is EngineTimeoutError
-    assert "within 1 s" in str(late)
-    assert isinstance(good, str)
-
-
-def test_runaway_memory_is_stopped_at_the_limit_and_the_next_run_works(runner):
-    fat, good = run(runner(memory=2 * 1024**3), task_of(FAT), GOOD)
-    assert type(fat) is EngineMemoryError
-    assert "allocate" in str(fat)
-    assert isinstance(good, str)
-
-
-def test_lost_atom_and_refused_input_have_errors_of_their_own(shared):
-    lost, wrong, good = run(shared, task_of(HEAD + LOST), task_of("units furlongs"), GOOD)
-    assert type(lost) is EngineLostAtomsError
-    assert "fix integrate" in lost.log
-    assert type(wrong) is EngineInputError
-    assert "units" in str(wrong)
-    assert isinstance(good, str)
 
 
 def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
@@ -127,8 +108,8 @@ def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
     assert len(changed) == len(plain)
 
 
-def test_provenance_names_release_packages_and_library(shared):
-    who = shared.identify()
+def test_provenance_names_release_packages_and_library(runner):
+    who = runner().identify()
     assert who.how == "in-process"
     assert "GRANULAR" in who.packages
     assert Path(who.executable).name == "__init__.py"

