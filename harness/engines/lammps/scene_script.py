@@ -6,15 +6,19 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
 from typing import Literal
 
 from harness.engines.lammps.scene_atoms import Atoms, group_line
 from harness.engines.lammps.words import AXES, MIXES_SUBMODELS, check_release, numbers_of
 from harness.engines.output import release_of
+from harness.engines.scripts import rendered
 from harness.model.base import Vector
 from harness.model.conventions import Rules
 from harness.model.scene import ALL_AXES, Body, Scene, Segment
 
+TEMPLATES = Path(__file__).with_name("templates")
 SAMPLES, RESTART = "motion.dump", "motion.restart"
 MOST_BINS = 8  # from the middle of the box on
 # [r_i + r_j] the script of a grain in a well rounds its places: what just touches is no contact
@@ -76,19 +80,47 @@ def script(scene: Scene, variation: Variation = PLAIN) -> str:
 
     Raise Unsupported for a scene that LAMMPS cannot run.
     """
-    parts = _Script(scene, variation)
-    lines, number = [*parts.settings(), *parts.box(), *parts.surroundings()], 0
-    for segment, steps in _runs(scene, variation):
-        if number and variation.restart:
-            lines += [f"write_restart {RESTART}", "clear", *parts.settings()]
-            lines += [f"read_restart {RESTART}", *parts.heat_store(), *parts.surroundings(number)]
-        if segment is not None:
-            rows = zip(segment.velocities, segment.angular_velocities, strict=True)
-            lines += [_moving(atom, *row) for atom, row in enumerate(rows, 1)]
-        setup = " pre no" if number and number == variation.pause else ""
-        lines.append(f"run {steps}{setup} post no")
-        number += steps
-    return "\n".join([*lines, ""])
+    atoms, bodies = _atoms(scene, variation), scene.bodies
+    discs, heats = atoms.are_discs(), any(law.heat != "none" for law in scene.all_laws)
+    room, bounds = _room(scene), _bounds(scene, variation, flat=discs)
+    edges = ["f" if period is None else "p" for period in scene.period]
+    frozen = [body.motion == "frozen" for body in atoms.bodies]
+    still = [not free for free in atoms.free]
+    values = {
+        "scene": scene,
+        "variation": variation,
+        "discs": discs,
+        "grows": any(law.normal == "mdr" for law in atoms.laws),
+        "edges": [*edges[:2], "p" if discs else edges[2]],
+        # an edge of bins lies in the middle of the box
+        "bin_size": room / min(max(1, int(room / (4.0 * _largest(scene)))), MOST_BINS),
+        "bounds": bounds,
+        "types": atoms.types,
+        "images": [_image(scene, body, bounds) for body in bodies],
+        "heats": heats,
+        "capacities": _capacities(atoms),
+        "groups": [
+            line
+            for name, members in (("free", atoms.free), ("frozen", frozen), ("still", still))
+            for line in group_line(name, members)
+        ],
+        "free": atoms.free,
+        "frozen": frozen,
+        "movers": "all" if all(atoms.free) else "free",
+        "guided": _guided(atoms),
+        "weight": math.hypot(*scene.gravity),
+        "pair_lines": atoms.pair_lines(),
+        "wall_lines": [*atoms.wall_lines()],
+        "skin": variation.skin * min(body.radius for body in bodies),
+        "excludes_still": sum(not touching for touching in atoms.touching) > 1,
+        "excluded": [atoms.type_pair(pair) for pair in atoms.excluded],
+        "runs": [*_runs(scene, variation)],
+        "samples": SAMPLES,
+        "restart": RESTART,
+        "columns": f"{COLUMNS} c_warmth" if heats else COLUMNS,
+        **{"numbers_of": numbers_of, "any": any, "all": all, "zip": zip},
+    }
+    return rendered([TEMPLATES], "scene.in.j2", values)
 
 
 def _atoms(scene: Scene, variation: Variation) -> Atoms:
@@ -96,197 +128,85 @@ def _atoms(scene: Scene, variation: Variation) -> Atoms:
     return Atoms(scene, own_types=how != "together", mixed=how == "mixed")
 
 
-def _runs(scene: Scene, variation: Variation) -> Iterator[tuple[Segment | None, int]]:
-    """Yield velocities that are prescribed from a step on, or None, and the steps of a run."""
+def _capacities(atoms: Atoms) -> dict[float, tuple[str, list[str]]]:
+    """Return group and its definition of the atoms of each heat capacity [J/K]."""
+    capacities: dict[float, tuple[str, list[str]]] = {}
+    for number, capacity in enumerate(sorted({body.heat_capacity for body in atoms.bodies}), 1):
+        lines = group_line(f"capacity{number}", [b.heat_capacity == capacity for b in atoms.bodies])
+        capacities[capacity] = f"capacity{number}" if lines else "all", lines
+    return capacities
+
+
+def _guided(atoms: Atoms) -> dict[str, tuple[str, list[str], str]]:
+    """Return group, its definition and forces of the atoms that move along some axes alone."""
+    guided, free = {}, [body for body in atoms.bodies if body.motion == "free"]
+    for axes in sorted({body.axes for body in free} - {ALL_AXES}):
+        name = "along_" + "".join(a for a, moves in zip(AXES, axes, strict=True) if moves)
+        lines = group_line(name, [b.motion == "free" and b.axes == axes for b in atoms.bodies])
+        forces = " ".join("NULL" if moves else "0.0" for moves in axes)
+        guided[name] = name if lines else "all", lines, forces
+    return guided
+
+
+def _runs(scene: Scene, variation: Variation) -> Iterator[tuple[int, Segment | None, int]]:
+    """Yield the first step of runs, velocities prescribed from it on, or None, and their steps."""
     starts, number = {}, 0
     for segment in scene.segments:
         starts[number] = segment
         number += segment.steps
     begins = sorted({0, *starts, *scene.setups, variation.pause} - {scene.steps})
-    for begin, end in zip(begins, [*begins[1:], scene.steps], strict=True):
-        yield starts.get(begin), end - begin
+    for begin, end in pairwise([*begins, scene.steps]):
+        yield begin, starts.get(begin), end - begin
 
 
-class _Script:
-    """The parts of the script of a scene."""
+def _largest(scene: Scene) -> float:
+    return max(body.radius for body in scene.bodies)
 
-    def __init__(self, scene: Scene, variation: Variation) -> None:
-        self.scene, self.variation = scene, variation
-        self.atoms = _atoms(scene, variation)
-        self.discs = self.atoms.are_discs()
-        self.heats = any(law.heat != "none" for law in scene.all_laws)
-        self.largest = max(body.radius for body in scene.bodies)
-        columns: list[tuple[float, ...]] = [*zip(*(b.position for b in scene.bodies), strict=True)]
-        self.spread = [(min(column), max(column)) for column in columns]
-        self.room = self._room()
 
-    @property
-    def bin_size(self) -> float:
-        """Return the size of bins, of which an edge lies in the middle of the box [m]."""
-        return self.room / min(max(1, int(self.room / (4.0 * self.largest))), MOST_BINS)
+def _spread(scene: Scene) -> list[tuple[float, float]]:
+    """Return the least and the largest place of bodies along each axis [m]."""
+    columns: list[tuple[float, ...]] = [*zip(*(b.position for b in scene.bodies), strict=True)]
+    return [(min(column), max(column)) for column in columns]
 
-    def _room(self) -> float:
-        """Return half of the width of a box that no body leaves [m]."""
-        scene, time = self.scene, self.scene.duration
-        speeds = [_speed(b.velocity, b.angular_velocity, b.radius) for b in scene.bodies]
-        speeds += [math.hypot(*velocity) for s in scene.segments for velocity in s.velocities]
-        walls = [
-            _speed(w.velocity, w.spin, w.radius or 0.0)
-            + math.hypot(*w.surface_velocity)
-            + w.frequency * math.hypot(*w.amplitude)
-            for w in scene.walls
-        ]
-        path = 2.0 * time * (max(speeds) + max(walls, default=0.0))
-        spread = max(high - low for low, high in self.spread)
-        return 10.0 * self.largest + spread + path + time * time * math.hypot(*scene.gravity)
 
-    def settings(self) -> list[str]:
-        """Return the lines before the box."""
-        v, edges = self.variation, ["f" if p is None else "p" for p in self.scene.period]
-        grows = any(law.normal == "mdr" for law in self.atoms.laws)
-        lines = [f"units {v.units}", f"atom_style sphere{' 1' if grows else ''}"]
-        if self.discs:
-            lines.append("dimension 2")
-            edges[2] = "p"
-        sort = f"{v.sort_every} {self.bin_size!r}" if v.sort_every else "0 0"
-        lines += [
-            f"atom_modify map array sort {sort}",
-            f"newton {'on' if v.newton else 'off'}",
-            "comm_modify vel yes",
-            f"boundary {' '.join(edges)}",
-        ]
-        if v.ranks > 1:
-            lines.append(f"processors {' '.join(map(str, v.grid))}")
-        return lines
-
-    def box(self) -> list[str]:
-        """Return the box and the atoms in it."""
-        bounds = self._bounds()
-        lines = [
-            f"region box block {numbers_of(x for pair in bounds for x in pair)} units box",
-            f"create_box {max(self.atoms.types)} box",
-            *self.heat_store(),
-        ]
-        for atom, (body, kind) in enumerate(
-            zip(self.scene.bodies, self.atoms.types, strict=True), 1
-        ):
-            lines += self._atom_lines(atom, kind, body, [low for low, _ in bounds])
-        return lines
-
-    def _bounds(self) -> list[tuple[float, float]]:
-        middle: Sequence[float] = [0.5 * (low + high) for low, high in self.spread]
-        middle = self.variation.middle or middle
-        halves = [self.room if p is None else 0.5 * p for p in self.scene.period]
-        bounds = [(x - half, x + half) for x, half in zip(middle, halves, strict=True)]
-        return [*bounds[:2], (-self.largest, self.largest)] if self.discs else bounds
-
-    def _atom_lines(self, atom: int, kind: int, body: Body, lows: Sequence[float]) -> list[str]:
-        """Return the lines of an atom, in its image of a periodic box."""
-        periods, places, images = self.scene.period, [], []
-        for x, low, period in zip(body.position, lows, periods, strict=True):
-            image = 0 if period is None else math.floor((x - low) / period)
-            images.append(image)
-            places.append(x - image * (period or 0.0))
-        warmth = f" temperature {body.temperature!r}" if self.heats else ""
-        lines = [
-            f"create_atoms {kind} single {numbers_of(places)} units box",
-            f"set atom {atom} diameter {2.0 * body.radius!r} mass {body.mass!r}{warmth}",
-            _moving(atom, body.velocity, body.angular_velocity),
-        ]
-        if any(images):
-            rows = zip(images, periods, strict=True)
-            words = " ".join("NULL" if period is None else str(image) for image, period in rows)
-            lines.append(f"set atom {atom} image {words}")
-        return lines
-
-    def heat_store(self) -> list[str]:
-        """Return the line that gives atoms a temperature."""
-        return ["fix heat all property/atom temperature heatflow"] if self.heats else []
-
-    def surroundings(self, start: int = 0) -> list[str]:
-        """Return contacts, motion and samples, of a run that begins at a step."""
-        append = f" append yes delay {start + 1}" if start else ""
-        columns = f"{COLUMNS} c_warmth" if self.heats else COLUMNS
-        return [
-            *self._groups(),
-            *self.atoms.pair_lines(),
-            *self.atoms.wall_lines(),
-            *self._neighbours(),
-            f"timestep {self.scene.step!r}",
-            *self._integration(),
-            *(self._heat_flow() if self.heats else []),
-            *self._forces(),
-            f"dump motion all custom {self.scene.every} {SAMPLES} {columns}",
-            f"dump_modify motion sort id format float %.17g{append}",
-            "thermo 1000000000",
-            "thermo_modify lost error norm no",
-        ]
-
-    def _groups(self) -> list[str]:
-        free, frozen = self.atoms.free, [body.motion == "frozen" for body in self.atoms.bodies]
-        still = [not moves for moves in free]
-        groups = {"free": free, "frozen": frozen, "still": still}
-        return [line for name, which in groups.items() for line in group_line(name, which)]
-
-    def _neighbours(self) -> list[str]:
-        v, atoms = self.variation, self.atoms
-        skin = v.skin * min(body.radius for body in atoms.bodies)
-        lines = [
-            f"neighbor {skin!r} {'bin' if v.bins else 'nsq'}",
-            f"neigh_modify delay 0 every 1 check {'no' if v.rebuild else 'yes'}",
-        ]
-        if v.bins:
-            lines.append(f"neigh_modify binsize {self.bin_size!r}")
-        if sum(not touching for touching in atoms.touching) > 1:
-            lines.append("neigh_modify exclude group still still")
-        pairs = [" ".join(map(str, atoms.type_pair(pair))) for pair in atoms.excluded]
-        return [*lines, *(f"neigh_modify exclude type {types}" for types in pairs)]
-
-    def _integration(self) -> list[str]:
-        free, lines = self.atoms.free, []
-        if any(free):
-            group = "all" if all(free) else "free"
-            lines.append(f"fix move {group} nve/sphere{' disc' if self.discs else ''}")
-        if not all(free):
-            lines.append(f"fix carry {'still' if any(free) else 'all'} nve/noforce")
-        return lines
-
-    def _heat_flow(self) -> Iterator[str]:
-        yield "compute warmth all property/atom temperature"
-        capacities = [body.heat_capacity for body in self.atoms.bodies]
-        for number, capacity in enumerate(sorted(set(capacities)), 1):
-            which = [other == capacity for other in capacities]
-            group = "all" if all(which) else f"capacity{number}"
-            yield from group_line(group, which)
-            yield f"fix warm{number} {group} heat/flow constant {capacity!r}"
-
-    def _forces(self) -> list[str]:
-        """Return drag and weight; forces are stored between them, before any is set to zero."""
-        scene, bodies, lines = self.scene, self.atoms.bodies, []
-        group, weight = "all" if all(self.atoms.free) else "free", math.hypot(*scene.gravity)
-        if scene.drag and any(self.atoms.free):
-            lines.append(f"fix drag {group} viscous {scene.drag!r}")
-        lines.append("fix contact all store/force  # of contacts and drag, without weight")
-        if weight and any(self.atoms.free):
-            vector = numbers_of(scene.gravity)
-            lines.append(f"fix weight {group} gravity {weight!r} vector {vector}")
-        for axes in sorted({b.axes for b in bodies if b.motion == "free"} - {ALL_AXES}):
-            which = [body.motion == "free" and body.axes == axes for body in bodies]
-            name = "along_" + "".join(a for a, moves in zip(AXES, axes, strict=True) if moves)
-            forces = " ".join("NULL" if moves else "0.0" for moves in axes)
-            guided = "all" if all(which) else name
-            lines += [*group_line(name, which), f"fix {name} {guided} setforce {forces}"]
-        if self.discs:
-            lines.append("fix plane all enforce2d")
-        if any(body.motion == "frozen" for body in bodies):
-            lines.append("fix rest frozen freeze")
-        return lines
+def _room(scene: Scene) -> float:
+    """Return half of the width of a box that no body leaves [m]."""
+    time = scene.duration
+    speeds = [_speed(b.velocity, b.angular_velocity, b.radius) for b in scene.bodies]
+    speeds += [math.hypot(*velocity) for s in scene.segments for velocity in s.velocities]
+    walls = [
+        _speed(w.velocity, w.spin, w.radius or 0.0)
+        + math.hypot(*w.surface_velocity)
+        + w.frequency * math.hypot(*w.amplitude)
+        for w in scene.walls
+    ]
+    path = 2.0 * time * (max(speeds) + max(walls, default=0.0))
+    spread = max(high - low for low, high in _spread(scene))
+    return 10.0 * _largest(scene) + spread + path + time * time * math.hypot(*scene.gravity)
 
 
 def _speed(velocity: Vector, spin: Vector, radius: float) -> float:
     return math.hypot(*velocity) + radius * math.hypot(*spin)
 
 
-def _moving(atom: int, velocity: Vector, spin: Vector) -> str:
-    vx, vy, vz = velocity
-    return f"set atom {atom} vx {vx!r} vy {vy!r} vz {vz!r} omega {numbers_of(spin)}"
+def _bounds(scene: Scene, variation: Variation, *, flat: bool) -> list[tuple[float, float]]:
+    """Return the ends of the box along each axis [m]."""
+    middle: Sequence[float] = [0.5 * (low + high) for low, high in _spread(scene)]
+    middle, room = variation.middle or middle, _room(scene)
+    halves = [room if period is None else 0.5 * period for period in scene.period]
+    bounds = [(x - half, x + half) for x, half in zip(middle, halves, strict=True)]
+    return [*bounds[:2], (-_largest(scene), _largest(scene))] if flat else bounds
+
+
+def _image(
+    scene: Scene, body: Body, bounds: Sequence[tuple[float, float]]
+) -> tuple[list[float], str]:
+    """Return the place of a body in a periodic box [m], and the words of its image if another."""
+    places, images = [], []
+    for x, (low, _), period in zip(body.position, bounds, scene.period, strict=True):
+        image = 0 if period is None else math.floor((x - low) / period)
+        images.append(image)
+        places.append(x - image * (period or 0.0))
+    rows = zip(images, scene.period, strict=True)
+    words = " ".join("NULL" if period is None else str(image) for image, period in rows)
+    return places, words if any(images) else ""
