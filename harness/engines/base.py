@@ -4,7 +4,7 @@ A *job* is a template with values, a scene, or both; an *output* is the named nu
 its result, with log and provenance. A case makes jobs and reads outputs; only
 ``engines/<code>/templates/<template>`` depends on both a case and a code.
 
-To add an engine, subclass :class:`Engine`, or :class:`harness.engines.programs.ScriptedEngine`
+To add an engine, subclass :class:`Engine`, or :class:`harness.engines.scripts.ScriptedEngine`
 for a code that runs script files, and name it under the entry point ``dem_harness.engines``
 (an engine of this package: one line in ``registry.py``):
 
@@ -48,9 +48,8 @@ if TYPE_CHECKING:
     from harness.model.motion import Motion
     from harness.model.scene import Scene
 
-
 SCENE_NAME = "contact-scene"
-SCENES_AT_ONCE = 500
+SCENES_AT_ONCE = 500  # in the first batch of jobs without scripts
 
 Value = str | int | float
 Values = Mapping[str, Value]
@@ -118,8 +117,8 @@ class Job:
     over them. ``seconds`` [s] is what a long run is expected to take in the slowest code: it has
     more time than others.
     ``scene`` is the same system as spheres and walls, for engines without a script of the template,
-    and all there is of a job of the template :data:`SCENE`. ``steps`` is
-    how many a run is expected to take whose scene has stages: its own are the most.
+    and all there is of a job of the template :data:`SCENE`. ``steps`` is how many a run is expected
+    to take whose scene has stages: its own are the most.
     """
 
     template: Template
@@ -162,8 +161,8 @@ class Engine(ABC):
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         if _package(cls) != HARNESS:
-            for name in GUARDED & vars(cls).keys():
-                setattr(cls, name, _guarded(name, vars(cls)[name]))
+            for name in GUARDED & {*vars(cls), "run"}:
+                setattr(cls, name, _guarded(name, getattr(cls, name)))
 
     @property
     def title(self) -> str:
@@ -337,8 +336,6 @@ class Engine(ABC):
 # ---- engines of other packages, whose methods may return or raise anything
 
 HARNESS = "harness"
-
-
 GUARDED = {"identify", "fingerprint", "refuses", "rules", "motions", "run"}
 
 

@@ -7,6 +7,7 @@ from harness.cases.drop import CASE
 from harness.engines.base import Engine, Output, Traits
 from harness.engines.output import Provenance
 from harness.errors import EngineError, EngineOutputError, RequestError
+from harness.model.conventions import Rules
 
 WHO = Provenance("plugin", "1")
 JOB = CASE.job(CASE.default)
@@ -70,6 +71,7 @@ def test_a_method_that_raises_is_named(name):
 
 @pytest.mark.parametrize("motions", [lambda *_: None, lambda *_: [], lambda *_: [None, None]])
 def test_flawed_motions_are_an_error_of_each_job(motions):
-    members = {"run": Engine.run_scenes, "motions": motions, "__module__": __name__}
-    outcomes = type("Mine", (type(plugin()),), members)().run([JOB, JOB])
+    members = {name: getattr(plugin(), name) for name in ("name", "traits", "__module__")}
+    members |= {"identify": lambda _: WHO, "rules": lambda *_: Rules(), "motions": motions}
+    outcomes = type("Mine", (Engine,), members)().run([JOB, JOB])
     assert [str(error)[:36] for error in outcomes] == ["engine 'plugin' of package 'tests': "] * 2
