@@ -211,7 +211,6 @@ def follow(
 
 
 MOST_RESTITUTION, WINDOW, SCAN, RESOLUTION_DEG = 0.7, (5.0, 15.0), 41, 1e-10
-STEADY_SPEED = 0.48  # [sqrt(g d)] of a start in the well, along the sphere ahead: beyond the crest
 
 
 # ---- the critical angle
@@ -233,13 +232,6 @@ def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool
     speed = math.sqrt(2.0 * (1.0 - math.cos(WELL + theta)))
     vx, vy = speed * math.cos(WELL), -speed * math.sin(WELL)
     return follow(math.sin(WELL), math.cos(WELL), vx, vy, theta, restitution, 1, True)
-
-
-def steady(angle_deg: float, restitution: float, wells: int = 100) -> int:
-    """Return the fate of a grain that starts in a well, to pass so many."""
-    vx, vy = STEADY_SPEED * math.cos(WELL), STEADY_SPEED * math.sin(WELL)
-    start = (math.sin(WELL), math.cos(WELL), vx, vy)
-    return follow(*start, math.radians(angle_deg), restitution, wells, False)[0]
 
 
 @cache
