@@ -51,12 +51,9 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
     scene that the reference does not take.
     """
     commands = _read_commands(test, log)
-    bodies, laws = _bodies(commands, state), _pair_laws(commands, state["type"])
-    walls: list[Wall] = []
-    for group, _, *words in commands.fixes_of("wall/gran"):
-        law, planes = _planes(words, WALL_TYPES + len(walls), _members(state, group))
-        walls += planes
-        laws |= {(body.type, wall.type): law for body in bodies for wall in planes}
+    bodies, gravity = _bodies(commands, state), _gravity(commands.fixes_of("gravity"))
+    walls, laws = _walls(commands, bodies, state)
+    laws = {**_pair_laws(commands, state["type"]), **laws}
     ends = tuple(accumulate(test.segments))
     steps = max(ends[-1], 1)
     at_start = Segment(
@@ -65,13 +62,16 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
         angular_velocities=tuple(body.angular_velocity for body in bodies),
     )
     flat = commands.last["dimension"] == ["2"]
+    out_of_plane = any(state[name].any() for name in ("vz", "omegax", "omegay"))
+    if flat and (out_of_plane or gravity[2] or np.ptp(state["z"])):
+        raise NotUnderstoodError("dimension 2: a sphere that leaves the plane is not understood")
     x, y, z = (None if math.isnan(length) else float(length) for length in state["period"])
     scene = Scene(
         bodies=bodies,
-        walls=tuple(walls),
+        walls=walls,
         law=next(iter(laws.values()), Law()),
         laws=laws,
-        gravity=_gravity(commands.fixes_of("gravity")),
+        gravity=gravity,
         drag=sum(_float(words[2], "fix viscous") for words in commands.fixes_of("viscous")),
         period=(x, y, None if flat else z),
         step=timestep,
@@ -81,9 +81,6 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
         setups=ends[:-1],
         pairs=() if commands.last["pair_style"] == ["none"] else None,
     )
-    out_of_plane = any(state[name].any() for name in ("vz", "omegax", "omegay"))
-    if flat and (out_of_plane or scene.gravity[2] or np.ptp(state["z"])):
-        raise NotUnderstoodError("dimension 2: a sphere that leaves the plane is not understood")
     old = commands.last["pair_style"][0].startswith("gran/")
     rules = Rules(torque_lever="radius" if old else "contact_point")
     return Reading(scene, rules, ends, commands.setups)
@@ -261,6 +258,19 @@ def _gravity(fixes: Sequence[Words]) -> tuple[float, float, float]:
         total += size * np.array(direction) / math.hypot(*direction)
     x, y, z = total.tolist()
     return x, y, z
+
+
+def _walls(
+    commands: _Commands, bodies: Sequence[Body], state: State
+) -> tuple[tuple[Wall, ...], dict[tuple[int, int], Law]]:
+    """Return the walls, and their laws by the types of body and wall."""
+    walls: list[Wall] = []
+    laws: dict[tuple[int, int], Law] = {}
+    for group, _, *words in commands.fixes_of("wall/gran"):
+        law, planes = _planes(words, WALL_TYPES + len(walls), _members(state, group))
+        walls += planes
+        laws |= {(body.type, wall.type): law for body in bodies for wall in planes}
+    return tuple(walls), laws
 
 
 def _planes(words: Words, kind: int, members: Floats) -> tuple[Law, list[Wall]]:
