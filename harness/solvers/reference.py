@@ -88,20 +88,6 @@ class Simulation:
             if not self.over:
                 self._act()
 
-    def set_up(self) -> None:
-        """Compute forces by the velocities of the whole step, as codes do where a run begins."""
-        if self.step_number and self.faults.springs_lost_in_setup:
-            self._system.contacts["springs"][:, 0] = 0.0
-        if self.step_number and self.faults.tsuji_again_in_setup:
-            laws = self._system.laws
-            laws["restitution"] = tsuji(laws["restitution"])
-            again = _tsuji_dashpot(laws["restitution"], self.faults)
-            laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
-        shielded(contacts.set_up, self._system, self.step_number * self.scene.step)
-        if not self.step_number:
-            self._system.state[0, TORQUE] += self.faults.setup_torque
-        self._system.before[:] = self._system.state[:, FORCE:]
-
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where the motion is not finite."""
         taken = self.step_number // self.scene.every + 1
@@ -139,7 +125,21 @@ class Simulation:
         if number in self.faults.torsion_reversed_at:
             self._system.contacts["springs"][:, 1:] *= -1.0
         if number in self._setups:
-            self.set_up()
+            self._set_up()
+
+    def _set_up(self) -> None:
+        """Compute forces by the velocities of the whole step, as codes do where a run begins."""
+        if self.step_number and self.faults.springs_lost_in_setup:
+            self._system.contacts["springs"][:, 0] = 0.0
+        if self.step_number and self.faults.tsuji_again_in_setup:
+            laws = self._system.laws
+            laws["restitution"] = tsuji(laws["restitution"])
+            again = _tsuji_dashpot(laws["restitution"], self.faults)
+            laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
+        shielded(contacts.set_up, self._system, self.step_number * self.scene.step)
+        if not self.step_number:
+            self._system.state[0, TORQUE] += self.faults.setup_torque
+        self._system.before[:] = self._system.state[:, FORCE:]
 
 
 # ---- the limit of small steps
