@@ -78,7 +78,7 @@ def packages_in(text: str) -> tuple[str, ...]:
 
 
 def error_from_text(text: str, code: int | None = None, program: str = "LAMMPS") -> EngineError:
-    """Return the error that the death of ``program``, or the last line of its log, speaks of.
+    """Return the error of ``program`` by its exit status, or by the last line of its log.
 
     ``code`` is the exit status, None where the process lives on. A fatal signal comes first; with
     a status of its own the last line of the log is the reason.
@@ -245,7 +245,7 @@ class LammpsLanguage(ScriptedEngine):
         return text_of(folder / f"{index}.log")
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:
-        """Return the error that the log or the last words of a process speak of."""
+        """Return the error by the log, or by the last words of a process."""
         return error_of(ended, log, self.title)
 
     def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:

@@ -107,7 +107,7 @@ class ScriptedEngine(ProgramEngine):
 
     @classmethod
     def declared(cls, text: str) -> frozenset[str]:
-        """Return the variables that may be set in a script: here the keys of ``PARAMETERS``."""
+        """Return the variables that may be set in a script, the keys of its ``PARAMETERS``."""
         block = re.search(r"^PARAMETERS = \{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL)
         return frozenset(re.findall(r'^ +"(\w+)":', block[1], re.MULTILINE) if block else ())
 
