@@ -61,15 +61,13 @@ def contact_cases() -> Iterator[ContactCase[Any]]:
 
 def overview(cases: list[ContactCase[Any]], codes: Codes) -> Section:
     """Return codes by laws, and the conventions in which codes differ."""
-    rows = differences(cases, codes)
     text = (
         "A code runs a scene once. The reference, a program written from the literature, takes the "
         "same steps by the conventions that the code declares, so that what differs is round-off "
-        f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity.\n\n"
-        + "\n".join(f"- {_headline(str(code), each)}" for code, each in rows.groupby("code"))
+        f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity."
     )
     tables = (
-        Table("Codes by laws", codes_by_laws(rows), BY_LAWS),
+        Table("Codes by laws", codes_by_laws(differences(cases, codes)), BY_LAWS),
         Table("Conventions", conventions(cases, codes), CONVENTIONS),
     )
     return Section("DEM codes at equal steps", text, tables)
@@ -132,13 +130,6 @@ def _cell(values: pd.Series[float]) -> str:
     beyond = len(values) - len(within)
     texts = [f"{len(within)} rows, {within.max():.0e}"] if len(within) else []
     return "; ".join([*texts, *([f"{beyond} beyond"] if beyond else [])])
-
-
-def _headline(code: str, rows: pd.DataFrame) -> str:
-    within = rows["difference"][rows["difference"] <= ROUND_OFF]
-    laws, contacts = rows["law"].nunique(), len(rows.groupby(["case", "law", "system"]))
-    text = f"{code}: {len(within)} of {len(rows)} quantities in {contacts} contacts of {laws} laws"
-    return f"{text} within {ROUND_OFF:g}, nine of ten of these within {within.quantile(0.9):.0e}"
 
 
 def conventions(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame:
