@@ -211,7 +211,8 @@ class Case(ABC, Generic[P]):
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the sections of a report, from benches that have run their checks, by engine.
 
-        The bench of this package's solvers has the name ``harness``.
+        The bench of this package's solvers has the name ``harness``; ``rows`` of a bench are those
+        of its checks, by case.
         """
         return ()
 
