@@ -269,6 +269,13 @@ class BedOfOneKind(Bed):
 # ---- grains between walls
 
 
+def lattice_sites(pitch: float, low: float, high: float) -> Floats:
+    """Return the sites (i + 1/2) pitches of a lattice between two places, (sites,)."""
+    first, last = (math.floor(end / pitch) for end in (low, high))
+    site = pitch * (np.arange(first - 1, last + 2) + 0.5)
+    return np.asarray(site[(site >= low) & (site <= high)])
+
+
 def level_bed(
     section: Callable[[float], float], lowest: float, highest: float, mean_height: float
 ) -> tuple[float, float]:

@@ -25,6 +25,7 @@ from harness.cases.bulk.beds import (
     PublishedBed,
     Sphere,
     find_contacts,
+    lattice_sites,
     level_bed,
 )
 from harness.cases.bulk.report import Curve, Line
@@ -116,15 +117,13 @@ class Drum(Bed):
         )
 
     def _sites(self, radius: float, low: float, high: float) -> int:
-        """Return the sites (i + 1/2) pitches with room in the drum between two heights."""
+        """Return the number of sites with room in the drum between two heights."""
         pitch = 2.0 * radius * self.spacing
         reach = self.drum_radius - radius * (1.0 + math.sqrt(2.0) * self.scatter)
         along = 0.5 * self.drum_length - radius * (1.0 + self.scatter)
-        most = max(1, math.ceil(max(reach, along) / pitch) + 1)
-        site = pitch * (np.arange(-most, most) + 0.5)
-        z = site[(site >= low) & (site <= high)]
-        across = (site[:, None] ** 2 + z**2 <= reach**2).sum() if reach > 0.0 else 0
-        return int(across * (np.abs(site) <= along).sum())
+        x, z = lattice_sites(pitch, -reach, reach), lattice_sites(pitch, low, high)
+        across = int((x[:, None] ** 2 + z**2 <= reach**2).sum())
+        return across * len(lattice_sites(pitch, -along, along))
 
     @property
     def grains(self) -> int:

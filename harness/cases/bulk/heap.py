@@ -17,7 +17,7 @@ from pydantic import Field
 from harness.cases.base import Check, Quantity
 from harness.cases.bulk import beds
 from harness.cases.bulk.base import WALL_TIME, BulkCase, Setup, seed_setups
-from harness.cases.bulk.beds import BedOfOneKind, Floats, Sphere
+from harness.cases.bulk.beds import BedOfOneKind, Floats, Sphere, lattice_sites
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.samples import Sample, check_grains, energy_rise, read_series, time_per_step
 from harness.engines.base import Output
@@ -84,13 +84,12 @@ class Heap(BedOfOneKind):
         return self.layers * self._sites(1.0, self.length) * self._sites(0.0, self.width)
 
     def _sites(self, glued: float, size: float) -> int:
-        """Return the sites (i + 1/2) pitches with room in a row.
+        """Return the number of sites with room in a row.
 
         ``size`` is its length in diameters, of which so many at both ends are ``glued``.
         """
         room = glued + 0.5 * (1.0 + self.scatter + 0.5 * self.dispersity)
-        site = self.spacing * (np.arange(math.ceil(size / self.spacing)) + 0.5)
-        return int(((site >= room) & (site <= size - room)).sum())
+        return len(lattice_sites(self.spacing, room, size - room))
 
     @property
     def weight(self) -> float:

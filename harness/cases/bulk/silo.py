@@ -15,7 +15,7 @@ from pydantic import Field
 from harness.cases.base import Check, Quantity, Value
 from harness.cases.bulk import beds
 from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
-from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, level_bed
+from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, lattice_sites, level_bed
 from harness.cases.bulk.report import Curve, Line
 from harness.cases.bulk.samples import Sample, check_grains, energy_rise, read_series, time_per_step
 from harness.engines.base import Output
@@ -62,10 +62,9 @@ class Silo(BedOfOneKind):
 
     @property
     def grains(self) -> int:
-        """Return the number of grains: in each layer sites (i + 1/2, j + 1/2) pitches with room."""
+        """Return the number of grains: in each layer the sites with room."""
         reach = self.silo_radius - self.radius * (1.0 + math.sqrt(2.0) * self.scatter)
-        most = max(0, math.ceil(reach / self.pitch))
-        x = self.pitch * (np.arange(-most, most) + 0.5)
+        x = lattice_sites(self.pitch, -reach, reach)
         return self.layers * int((x[:, None] ** 2 + x**2 <= reach**2).sum())
 
     @property

@@ -202,14 +202,6 @@ def test_the_script_refuses_what_the_harness_refuses(lmp, tmp_path, changes, wor
     assert "Setting up" not in done.stdout
 
 
-def test_the_cost_grows_with_the_grains_and_the_root_of_the_stiffness():
-    cost = CASE.cost(Layers())
-    assert CASE.cost(Layers(stiffness_over_weight=4e3)) == pytest.approx(2.0 * cost)
-    # a flow over a longer box is lowered over more displacement, too, and ends at a limit of time
-    assert 1.5 * cost < CASE.cost(Layers(length=32)) < 4.0 * cost
-    assert SMALL_FLOW.grains + SMALL_FLOW.base_spheres == 160
-
-
 def test_single_grain_alone_has_closed_forms():
     assert CASE.exact(CASE.presets["layers"]) == {}
     bouncing = CASE.presets["single"].replace(contact={"restitution": 0.5})

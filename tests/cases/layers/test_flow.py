@@ -25,7 +25,6 @@ from harness.errors import (
     EngineLostAtomsError,
     EngineOutputError,
     EngineUndecidedError,
-    RequestError,
 )
 from harness.results.rows import Verdict
 
@@ -171,13 +170,6 @@ def test_a_steady_flow_that_fluctuates_is_seldom_called_unsteady():
 def test_a_run_without_a_flow_is_an_error(results, error, words):
     with pytest.raises(error, match=words):
         CASE.measure(Flow(), made(results.items()))
-
-
-def test_a_packing_has_the_bounds_of_a_descent():
-    with pytest.raises(RequestError, match="is too small for 8 layers"):
-        Flow(layers=8, length=7)
-    with pytest.raises(RequestError, match="angle"):
-        Flow(angle=0.0)
 
 
 @pytest.fixture(scope="module")
