@@ -52,13 +52,6 @@ class Memo:
             self._futures[key] = future
             return future
 
-    def get(self, key: Hashable) -> Any:
-        """Return the value of a key, None for one that was not computed, or raised an error."""
-        future = self._futures.get(key)
-        if future is None or not future.done() or future.exception() is not None:
-            return None
-        return future.result()
-
     def __call__(self, key: Hashable, make: Callable[[], Result]) -> Result:
         """Return the value of a key, computed by the first caller."""
         if (future := self.claim(key)) is not None:
@@ -101,11 +94,6 @@ class Bench:
         """Return ``make(*args, **options)``, computed by the first caller of these arguments."""
         key = (make, args, tuple(sorted(options.items())))
         return self._memo(key, lambda: make(*args, **options))
-
-    def computed(self, make: Callable[..., Result], *args: Any, **options: Any) -> Result | None:
-        """Return the value that :meth:`once` has computed of these arguments, None without one."""
-        value: Result | None = self._memo.get((make, args, tuple(sorted(options.items()))))
-        return value
 
     # ---- runs of the engine
 

@@ -105,53 +105,25 @@ def extrapolated_critical_angle(
         return extrapolated_on(Bench(running), ladder, case, progress)
 
 
-# ---- on a bench, where each search is made once
+# ---- on a bench, which runs nothing twice
 
 
 def angle_on(
     bench: Bench, case: Incline, method: Route = "passage", tolerance_deg: float | None = None
 ) -> CriticalAngle:
     """Return the critical angle of a case in the engine of a bench."""
-    return bench.once(_angle_on, bench, case, method, tolerance_deg)
+    return search(engine_measure(bench, method), prepared(case, method), method, tolerance_deg)
 
 
-def reference_angle(bench: Bench, case: Incline, method: Route = "passage") -> CriticalAngle:
-    """Return the critical angle in the reference, by the conventions of the bench's engine."""
-    return bench.once(_reference_angle, bench, case, method)
+def reference_angle(bench: Bench, case: Incline) -> CriticalAngle:
+    """Return the critical angle by passage in the reference, by the bench's conventions."""
+    return search(reference_measure(bench, "passage"), case, "passage")
 
 
 def extrapolated_on(
     bench: Bench, ladder: Ladder, case: Incline, progress: Progress | None = None
 ) -> ExtrapolatedAngle:
     """Return the limit of the critical angle in the engine of a bench."""
-    return bench.once(_extrapolated_on, bench, ladder, case, progress)
-
-
-def measured_angle(bench: Bench, case: Incline) -> CriticalAngle | None:
-    """Return :func:`angle_on` by passage where it was measured, None where it was not."""
-    return bench.computed(_angle_on, bench, case, "passage", None)
-
-
-def measured_limit(bench: Bench, case: Incline) -> ExtrapolatedAngle | None:
-    """Return the limit of the longest ladder that was measured, None where there is none."""
-    ladders = (FULL_LADDER, Ladder(), QUICK_LADDER)
-    angles = (bench.computed(_extrapolated_on, bench, ladder, case, None) for ladder in ladders)
-    return next((angle for angle in angles if angle is not None), None)
-
-
-def _angle_on(
-    bench: Bench, case: Incline, method: Route, tolerance_deg: float | None
-) -> CriticalAngle:
-    return search(engine_measure(bench, method), prepared(case, method), method, tolerance_deg)
-
-
-def _reference_angle(bench: Bench, case: Incline, method: Route) -> CriticalAngle:
-    return search(reference_measure(bench, method), prepared(case, method), method)
-
-
-def _extrapolated_on(
-    bench: Bench, ladder: Ladder, case: Incline, progress: Progress | None
-) -> ExtrapolatedAngle:
     cases, done = ladder.cases(case), 0
 
     def angle_of(refined: Incline) -> CriticalAngle:
@@ -168,8 +140,8 @@ def _extrapolated_on(
 def engine_measure(
     bench: Bench,
     route: Route,
-    job: Callable[[Incline, Route], Job] = job_of,
-    reader: Callable[[Incline, Route, Output], Run] = read,
+    job: Callable[..., Job] = job_of,
+    reader: Callable[..., Run] = read,
 ) -> Measure:
     """Return a function that runs cases in the engine of a bench.
 

@@ -28,7 +28,7 @@ from harness.cases.incline.angle import (
 )
 from harness.cases.incline.closed_form import rigid_angle
 from harness.cases.incline.runs import read
-from harness.cases.incline.search import first_cases
+from harness.cases.incline.search import first_cases, prepared
 from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
 from harness.cases.plane import COLUMNS, path_in
 from harness.engines.base import Engine, Job
@@ -161,14 +161,18 @@ def _quick_checks() -> Iterator[Check]:
 
 def _friction_curve(engine: Engine, longest: Level) -> Iterator[Check]:
     """Yield the course over friction; where a dashpot is not limited its angles are findings."""
-    coulomb = _limits_dashpot(engine)
+    coulomb = limits_dashpot(engine)
     for friction in (*SLIGHT_FRICTIONS, *FRICTIONS):
         judged = friction in FRICTIONS and coulomb
         first = friction in DEFAULT_FRICTIONS and (judged or friction == SLIGHT.friction)
         if first or longest == "full":
-            case = PLASTIC_CASE.replace(friction=friction, steps_per_contact=50.0)
-            tolerance = FRICTION_CURVE if judged else COMPARED
-            yield against_theory(case, tolerance, "default" if first else "full", judged=judged)
+            level: Level = "default" if first else "full"
+            yield against_theory(friction_case(friction), level, judged=judged)
+
+
+def friction_case(friction: float) -> Incline:
+    """Return a case of the curve over friction."""
+    return PLASTIC_CASE.replace(friction=friction, steps_per_contact=50.0)
 
 
 def _ladders() -> Iterator[Check]:
@@ -186,7 +190,7 @@ def _ladders() -> Iterator[Check]:
     yield routes(ROLLING.replace(steps_per_contact=50.0), "full")
 
 
-def _limits_dashpot(engine: Engine) -> bool:
+def limits_dashpot(engine: Engine) -> bool:
     """Return whether Coulomb's limit is one for spring and dashpot together, as in theory.
 
     Otherwise a strongly damped grain sticks beyond the limit: -0.06 deg at a friction of 0.05.
@@ -228,7 +232,7 @@ def angle_check(
         return Value(angle.value, angle.uncertainty, angle.note)
 
     return _of_angle(**{"setup": words(case), "measure": measure,
-                        "jobs": _first_jobs(case, method), **how})  # fmt: skip
+                        "jobs": first_jobs(case, method), **how})  # fmt: skip
 
 
 def limit_check(case: Incline, ladder: Ladder, width: float, level: Level) -> Check:
@@ -243,10 +247,10 @@ def limit_check(case: Incline, ladder: Ladder, width: float, level: Level) -> Ch
         angle = extrapolated_on(bench, ladder, case)
         return Value(angle.value, angle.uncertainty)
 
-    jobs = tuple(job for refined in ladder.cases(case) for job in _first_jobs(refined))
     tolerance = Tolerance(width, reason="the last corrections that the ladder resolves")
     return _of_angle(setup=setup, measure=measure, expected=rigid_angle(case)[0],
-                     tolerance=tolerance, kind=Kind.ANALYTIC, level=level, jobs=jobs)  # fmt: skip
+                     tolerance=tolerance, kind=Kind.ANALYTIC, level=level,
+                     jobs=ladder_jobs(case, ladder))  # fmt: skip
 
 
 def same_angle(case: Incline, level: Level) -> Check:
@@ -261,10 +265,10 @@ def same_angle(case: Incline, level: Level) -> Check:
     )
 
 
-def against_theory(case: Incline, tolerance: Tolerance, level: Level, *, judged: bool) -> Check:
+def against_theory(case: Incline, level: Level, *, judged: bool) -> Check:
     """Return the angle of a case against that of a rigid grain, as a finding unless judged."""
     expected, model = rigid_angle(case)
-    kind = Kind.ANALYTIC if judged else Kind.FINDING
+    tolerance, kind = (FRICTION_CURVE, Kind.ANALYTIC) if judged else (COMPARED, Kind.FINDING)
     return angle_check(case, expected=expected, tolerance=tolerance, level=level, kind=kind,
                        check="rigid grain", note=model)  # fmt: skip
 
@@ -297,9 +301,14 @@ def _angle(bench: Bench, case: Incline) -> float:
     return angle_on(bench, case).value
 
 
-def _first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
+def ladder_jobs(case: Incline, ladder: Ladder) -> tuple[Job, ...]:
+    """Return the first jobs of the searches of an extrapolation."""
+    return tuple(job for refined in ladder.cases(case) for job in first_jobs(refined))
+
+
+def first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
     """Return the first jobs of a search, with the steps that the search is expected to take."""
-    jobs = [job_of(first, route) for first in first_cases(case, route)]
+    jobs = [job_of(first, route) for first in first_cases(prepared(case, route), route)]
     return tuple(replace(job, steps=RUNS[route] / len(jobs) * job.steps) for job in jobs)
 
 

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import Any, Literal, NamedTuple, Self
@@ -31,13 +30,13 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from harness import __version__
-from harness.cases.base import Case, Check, Level, Quantity, Value
+from harness.cases.base import Case, Check, Level, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.incline.angle import engine_measure
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.case import Search, searched
-from harness.cases.incline.runs import Fate, Floats, Run, read
-from harness.cases.incline.search import CriticalAngle, Measure
+from harness.cases.incline.runs import Ends, Floats, Run, read
+from harness.cases.incline.search import CriticalAngle
 from harness.cases.incline.system import (
     START_BEHIND_CREST,
     START_SPEED,
@@ -49,7 +48,7 @@ from harness.cases.incline.system import (
 from harness.cases.incline.system import TEMPLATE as INCLINE_TEMPLATE
 from harness.cases.incline.system import job_of as incline_job
 from harness.cases.incline.system import values_of as incline_values
-from harness.cases.plane import COLUMNS, path_in
+from harness.cases.plane import path_in
 from harness.engines.base import Engine, Job, Output, Template
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import Provenance
@@ -62,7 +61,7 @@ from harness.model.law import Law as ContactLaw
 from harness.model.motion import STAGE_COLUMNS
 from harness.model.scene import Body, Scene, Stage
 from harness.results.rows import Kind, Tolerance
-from harness.theory.chain import LAWS, Law
+from harness.theory.chain import LAWS, Law, compliance
 from harness.theory.incline import critical_angle as rigid_angle
 
 Inside = Literal["damped", "elastic"]
@@ -157,7 +156,10 @@ class Columns(OverRow):
 
 
 class Loaded(NamedTuple):
-    """A grain's contact and the column below: overlap [m], sinking of the top [m], energy [J]."""
+    """A column under a grain: overlap with the grain, sinking of the top [m], energy [J].
+
+    The last two are over those of the column at rest without a grain.
+    """
 
     overlap: float
     sunk: float
@@ -165,28 +167,25 @@ class Loaded(NamedTuple):
 
 
 def loaded(case: Columns, force: float, beta: float) -> Loaded:
-    """Return the contact and the column under a ``force`` [N] at ``beta`` [rad] to the column."""
-    load, k, half = force * math.cos(beta), case.stiffness, 0.5 if case.deformable else 0.0
-    added = (force + half * load) / k
-    top = (_top_compliance(case) * load + half * force) / k
-    overlap = added + half * case.weight * math.cos(case.tilt) / k
-    return Loaded(overlap, top, 0.5 * (force * added + load * top))
+    """Return the column under a ``force`` [N] of the grain at ``beta`` [rad] to the column."""
+    (bare, top), (overlap, lower) = (
+        (overlaps[0], float(np.sum(overlaps[1:])))
+        for overlaps in (_overlaps(case), _overlaps(case, force, beta))
+    )
+    sunk, load = lower - top, force * math.cos(beta)
+    return Loaded(float(overlap), sunk, 0.5 * (force * float(overlap - bare) + load * sunk))
 
 
 def sinking(case: Columns, force: float = 0.0, beta: float = 0.0) -> Floats:
     """Return how deep the particles of a column at rest lie below touching [m], (n,), top first."""
+    return np.append(np.cumsum(_overlaps(case, force, beta)[:0:-1])[::-1], 0.0)
+
+
+def _overlaps(case: Columns, force: float = 0.0, beta: float = 0.0) -> Floats:
+    """Return the overlaps [m] at rest of the grain's contact and of those below, (n,)."""
     weights = np.arange(1, case.n) * case.weight * math.cos(case.tilt)
-    press = np.concatenate([[force], force * math.cos(beta) + weights]) / case.stiffness
-    overlap = press.copy()
-    if case.deformable:
-        overlap[1:] += 0.5 * press[:-1]
-        overlap[:-1] += 0.5 * press[1:]
-    return np.concatenate([np.cumsum(overlap[:0:-1])[::-1], [0.0]])
-
-
-def _top_compliance(case: Columns) -> int:
-    """Return the sinking of a column's top under a load on it, in load / k."""
-    return 2 * case.n - 3 if case.deformable else case.n - 1
+    press = np.concatenate([[force], force * math.cos(beta) + weights])
+    return np.asarray(compliance(case.n, case.deformable) @ press / case.stiffness)
 
 
 def _on_crest(case: Columns) -> Loaded:
@@ -200,7 +199,7 @@ def crest_energy(case: Columns) -> float:
     return case.weight * (case.diameter - crest.overlap - top * math.cos(case.tilt))
 
 
-def crest_place(case: Columns, well: int) -> float:
+def crest_place(case: Columns, well: Any) -> Any:
     """Return the x [m] of the crest after ``well`` wells."""
     radius = case.diameter - _on_crest(case).overlap
     return well * case.diameter - radius * math.sin(case.tilt)
@@ -213,8 +212,8 @@ def allowed_margin(case: Columns) -> float:
     load turns, by (compliance m g / k) sin(theta) per radian, which adds m g (s' cos(theta))^2 / 2
     d. Four times this is allowed.
     """
-    turn = _top_compliance(case) * case.weight / case.stiffness
-    turn *= math.sin(case.tilt) * math.cos(case.tilt)
+    in_series = 2 * case.n - 3 if case.deformable else case.n - 1  # springs below the top
+    turn = in_series * case.weight / case.stiffness * math.sin(case.tilt) * math.cos(case.tilt)
     return 2.0 * case.weight / case.diameter * turn**2
 
 
@@ -344,30 +343,18 @@ def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
 
 def read_run(case: Columns, route: Route, output: Output) -> Run:
     """Return the run in an output: judged by LAMMPS's script, else by the ends of its stages."""
-    plain = case.incline
-    if output.results:
-        return read(plain, route, output)
-    table = output.table(("step", *COLUMNS), name=STAGES)
-    x, y, vx, vy = (table[name][1:] for name in COLUMNS[1:])
-    if not x.size:
-        raise EngineOutputError(f"{output.engine} left no end of a stage")
-    number = np.arange(1, x.size + 1)
+    return read(case, route, output, _ends)
+
+
+def _ends(case: Columns, _: Route, well: Floats, state: tuple[Floats, ...]) -> Ends:
+    """Return the ends of stages; margins are those of the grain alone, without springs."""
+    x, y, vx, vy = state
     height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
-    energy = 0.5 * plain.mass * (vx * vx + vy * vy) + case.weight * height - crest_energy(case)
-    margins = energy / plain.weight_energy + number * math.sin(case.tilt)
-    beyond = x > np.array([crest_place(case, int(well)) for well in number])
-    fate = Fate.MOVES_ON if beyond.all() and x.size == wells_of(plain, route) else Fate.TRAPPED
-    if not beyond[-1] and not vx[-1] < 0.0:
-        fate = Fate.UNDECIDED
-    if route == "passage" and fate is Fate.MOVES_ON and margins[-1] < 0.0:
-        fate = Fate.TRAPPED
-    passed = int(np.count_nonzero(beyond))
+    energy = 0.5 * case.mass * (vx * vx + vy * vy) + case.weight * height - crest_energy(case)
     # of a top that rests without a grain: a grain in contact presses it further down
-    distance = math.hypot(x[-1] - x.size * case.diameter, y[-1] + float(sinking(case)[0]))
-    return Run(
-        plain, fate, float(margins[-1]), distance < case.diameter, float(table["time_s"][-1]),
-        int(table["step"][-1]), margins[:passed], output,
-    )  # fmt: skip
+    distance = np.hypot(x - well * case.diameter, y + float(sinking(case)[0]))
+    margin = energy / case.weight_energy + well * math.sin(case.tilt)
+    return Ends(margin, crest_place(case, well), distance < case.diameter)
 
 
 def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> Run:
@@ -392,26 +379,16 @@ def critical_angle(case: Columns, bench: Bench, **options: Any) -> CriticalAngle
         names = ("angle", "phase", "wells", "time_limit")
         return case.replace(**{name: getattr(plain, name) for name in names})
 
-    def at_equal_steps(cases: Sequence[Incline]) -> list[Run]:
+    def at_equal_steps(cases: Sequence[Columns]) -> Sequence[Run]:
         run = partial(run_at_equal_steps, bench, route=chosen.method)
-        return parallel_map(run, map(varied, cases), cores())
+        return parallel_map(run, cases, cores())
 
-    measure: Measure = at_equal_steps
-    if bench.name != OWN:
-        measure = engine_measure(
-            bench,
-            chosen.method,
-            lambda plain, route: job_of(varied(plain), route),
-            lambda plain, route, output: read_run(varied(plain), route, output),
-        )
-    return chosen.angle(measure, case.incline)
+    in_engine = engine_measure(bench, chosen.method, job_of, read_run)
+    measure = at_equal_steps if bench.name == OWN else in_engine
+    return chosen.angle(lambda cases: measure([*map(varied, cases)]), case.incline)
 
 
 # ---- the case
-
-
-def _size(quantity: Quantity[Incline], case: Columns) -> float:
-    return quantity.size(case.incline)
 
 
 class ColumnsCase(Case[Columns]):
@@ -421,9 +398,7 @@ class ColumnsCase(Case[Columns]):
     group = "incline"
     summary = "The incline's grain on columns of n particles, the last one fixed: critical angle."
     parameters = Columns
-    quantities = tuple(
-        replace(quantity, scale=partial(_size, quantity)) for quantity in INCLINE.quantities
-    )
+    quantities = INCLINE.quantities
     search_options = Search
     presets = {  # noqa: RUF012 - as the base declares it
         "plastic": Columns(),

@@ -1,22 +1,22 @@
-"""Runs of the incline: the outcome of a script or of a path.
+"""Runs of the incline: the outcome of a script, or of the ends of stages of a scene.
 
 Contacts only take energy: a grain that moves back with a negative margin is trapped. LAMMPS's
-script judges in its own language; the paths of other engines are judged here, at the looks that
-their stages leave or every ``LOOK`` steps.
+script judges in its own language; the stages of other engines are judged here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.cases.incline.system import Incline, Route, end_of, margin, overlaps, wells_of
-from harness.cases.plane import COLUMNS, path_in
+from harness.cases.incline.system import Incline, OverRow, Route, end_of, margin, overlaps, wells_of
+from harness.cases.plane import COLUMNS
 from harness.engines.base import Output
-from harness.engines.output import Table
 from harness.engines.scene_tables import STAGES
 from harness.errors import EngineOutputError
 from harness.model.scene import LOOK
@@ -37,7 +37,7 @@ class Fate(StrEnum):
 class Run:
     """One run, judged. Margins [m g d] are those at the end, and at each crest that was passed."""
 
-    case: Incline
+    case: OverRow
     fate: Fate
     margin: float
     touching: bool
@@ -58,11 +58,25 @@ class Run:
         }
 
 
-def read(case: Incline, route: Route, output: Output) -> Run:
-    """Return the run in an output: judged by its script, else by its path.
+class Ends(NamedTuple):
+    """The ends of the stages of a run, one in each well from the first on: each (K,), in SI units.
 
-    Raise EngineOutputError for an output that is incomplete or has other settings, EngineNaNError
-    for values that are not finite.
+    ``margin`` [m g d] is the energy over the next crest, ``crest`` the x [m] of that crest.
+    """
+
+    margin: Floats
+    crest: Floats
+    touching: NDArray[np.bool_]
+
+
+def read(
+    case: OverRow, route: Route, output: Output, ends_of: Callable[..., Ends] | None = None
+) -> Run:
+    """Return the run in an output: judged by its script, else by the ends of its stages.
+
+    ``ends_of`` returns the ends by the case, the route, the numbers of the wells and the states
+    x, y [m], vx, vy [m/s] there; those of the incline unless given. Raise EngineOutputError for an
+    output that is incomplete or has other settings, EngineNaNError for values that are not finite.
     """
     if output.has("route") and output.text("route") != route:
         raise EngineOutputError(f"{output.engine} ran another route than {route!r}")
@@ -76,10 +90,12 @@ def read(case: Incline, route: Route, output: Output) -> Run:
             "step_s": case.step,
         }
     )
-    return (_judged_by_script if output.results else _judged_by_path)(case, route, output)
+    if output.results:
+        return _judged_by_script(case, route, output)
+    return _judged_by_stages(case, route, output, ends_of or incline_ends)
 
 
-def _judged_by_script(case: Incline, route: Route, output: Output) -> Run:
+def _judged_by_script(case: OverRow, route: Route, output: Output) -> Run:
     crests = output.rows("crest", 4)
     try:
         fate, touching = Fate(output.text("verdict")), TOUCHING[output.text("touching")]
@@ -102,44 +118,40 @@ def _judged_by_script(case: Incline, route: Route, output: Output) -> Run:
     )
 
 
-def _judged_by_path(case: Incline, route: Route, output: Output) -> Run:
-    """Return the run of a path.
+def _judged_by_stages(
+    case: OverRow, route: Route, output: Output, ends_of: Callable[..., Ends]
+) -> Run:
+    table = output.table(COLUMNS, name=STAGES)
+    time, x, y, vx, vy = (table[name][1:] for name in COLUMNS)
+    wells = wells_of(case, route)
+    if not 1 <= x.size <= wells:
+        raise EngineOutputError(f"{output.engine} left {x.size} ends of stages, of {wells} wells")
+    ends = ends_of(case, route, np.arange(1, x.size + 1), (x, y, vx, vy))
+    beyond, last = x > ends.crest, float(ends.margin[-1])
+    fate = Fate.UNDECIDED
+    if beyond[-1] and x.size == wells:
+        fate = Fate.TRAPPED if route == "passage" and last < 0.0 else Fate.MOVES_ON
+    elif not beyond[-1] and vx[-1] < 0.0:
+        fate = Fate.TRAPPED
+    limit = case.time_limit * case.unit_of_time
+    if fate is Fate.UNDECIDED and time[-1] < limit * (1.0 - 1e-9) - LOOK * case.step:
+        raise EngineOutputError(
+            f"{output.engine} left a run that ends at {time[-1]:g} s, undecided, before the time "
+            f"limit of {limit:g} s"
+        )
+    steps, crests = round(time[-1] / case.step), ends.margin[beyond]
+    return Run(
+        case, fate, last, bool(ends.touching[-1]), float(time[-1]), steps, crests, output
+    )  # fmt: skip
+
+
+def incline_ends(case: Incline, route: Route, well: Floats, state: tuple[Floats, ...]) -> Ends:
+    """Return the ends of stages of a grain over the incline's row.
 
     With friction margins have 1 + beta times the energy of the velocity, as of a grain that rolls.
     One that slides over the crest has no other root, and its margin keeps its slope there.
     """
-    looks = _looks(output, case)
-    x, y, vx, vy = state = [looks[name] for name in COLUMNS[1:]]
+    x, y, vx, vy = state
     rolling = 0.5 * case.rolling_inertia * case.mass / case.weight_energy * (vx**2 + vy**2)
-    fate, row, last, passed = Fate.MOVES_ON, 0, 0.0, list[float]()
-    for well in range(1, wells_of(case, route) + 1):
-        margins = margin(case, well, state)
-        beyond = x > end_of(case, route, well)
-        decided = np.flatnonzero((beyond | ((vx < 0.0) & (margins < 0.0)))[row:])
-        row = row + int(decided[0]) if decided.size else len(x) - 1
-        last = float(margins[row] + rolling[row])
-        if not decided.size:
-            fate = Fate.UNDECIDED
-        elif not beyond[row] or (route == "passage" and last < 0.0):
-            fate = Fate.TRAPPED
-        if fate is not Fate.MOVES_ON:
-            break
-        passed.append(last)
-    time, limit = float(looks["time_s"][row]), case.time_limit * case.unit_of_time
-    if fate is Fate.UNDECIDED and time < limit * (1.0 - 1e-9) - LOOK * case.step:
-        raise EngineOutputError(
-            f"{output.engine} left a path that ends at {time:g} s, undecided, before the time "
-            f"limit of {limit:g} s"
-        )
-    touching = max(float(overlap[row]) for overlap in overlaps(case, x, y)) > 0.0
-    steps = round(time / case.step)
-    return Run(case, fate, last, touching, time, steps, np.array(passed), output)
-
-
-def _looks(output: Output, case: Incline) -> Table:
-    """Return the states of the grain at which it is judged: at the ends of stages, if there are."""
-    if STAGES in output.tables:
-        return output.table(COLUMNS, name=STAGES)
-    path = path_in(output)
-    looks = np.rint(path["time_s"] / case.step) % LOOK == 0
-    return {name: column[looks] for name, column in path.items()}
+    touching = np.maximum(*overlaps(case, x, y)) > 0.0
+    return Ends(margin(case, well, state) + rolling, end_of(case, route, well), touching)

@@ -5,12 +5,12 @@ The map of the energy from crest to crest increases, so motion persists where M 
 angle is the root of M, which is smooth and almost linear: a secant needs few runs.
 
 *Steady motion.* The source's definition: the smallest angle that keeps moving. The excess of energy
-shrinks by the shock from well to well, so W wells resolve it to shock^W. Where in a step a contact
-begins changes its shock a little. So fates may alternate in the angle: angles are scanned before
-they are bisected, and each change of fate is refined. They are bisected at once where a contact is
-so stiff that fates alternate over 1e-3 deg at most. At coarse steps fates mix over an interval
-(0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more wells are passed, and the
-angles around each change are probed.
+shrinks by the shock from well to well, so W wells resolve it to shock^W. A window of angles is
+scanned, widened until the fate changes in it, and each change of fate is refined. Where in a step a
+contact begins changes its shock a little, so fates may alternate in the angle. Of a stiff contact
+they alternate over 1e-3 deg at most, and the ends of the window are scan enough. At coarse steps
+they mix over an interval (0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more
+wells are passed, and the angles around each change are probed.
 """
 
 from __future__ import annotations
@@ -45,10 +45,9 @@ TOLERANCES_DEG: dict[Route, float] = {"passage": 1e-3, "steady": 5e-3}
 PHASES = 8  # starts within a step, over which a passage is averaged
 FIRST_ANGLES = (1.0 / 3.0, 0.35)  # of the half angle of the well: 10 and 10.5 deg
 MOST_SECANTS = 12  # a smooth margin takes three
-WINDOW = (0.98 / 3.0, 1.08 / 3.0)  # of the half angle of the well: 9.8 to 10.8 deg
-SCAN, FINE_SCAN = 6, 8  # angles of the first scan, parts of an interval that is scanned again
+WINDOW = (0.98 / 3.0, 1.06 / 3.0)  # of the half angle of the well: 9.8 to 10.6 deg
+SCAN, FINE_SCAN = 5, 8  # angles of the first scan, parts of an interval that is scanned again
 MOST_UNDECIDED = 2  # between a trapped and a moving angle
-HARDLY_A_MARGIN = 2e-4  # [m g d] 4^-5 of the excess at the start
 STIFF_OVERLAP = 1.1e-5  # m g / (k d) up to which fates are taken to change once
 COARSE, COARSE_WELLS = 20.0, 100  # steps per contact below which fates mix, and wells to pass there
 REACH_DEG, SPACING_DEG = 0.01, 5e-4  # around a change of fate that is probed, between probes
@@ -79,13 +78,11 @@ def _wells_to_steady_motion(case: Incline) -> int:
 
 
 def first_cases(case: Incline, method: Route) -> list[Incline]:
-    """Return the cases that a search runs first, at once."""
+    """Return the cases that a search of a prepared case runs first, at once."""
     if method == "passage":
         return at_angles(case, _parts_of_well(case, FIRST_ANGLES))
-    case, angles = prepared(case, method), _scanned_angles(case)
-    if _is_monotone(case):
-        return at_angles(_with_half_the_wells(case), [angles[0], angles[-1]])
-    return at_angles(case, angles)
+    scanned = np.linspace(*_parts_of_well(case, WINDOW), 2 if _is_monotone(case) else SCAN)
+    return at_angles(case, scanned)
 
 
 def at_angles(case: Incline, angles: Iterable[float]) -> list[Incline]:
@@ -182,8 +179,7 @@ def by_steady_motion(measure: Measure, case: Incline, tolerance_deg: float = 5e-
     belong to neither side: they widen the interval. Raise EngineOutputError where no moving angle
     lies above a trapped one.
     """
-    runs = _bisected(measure, case, tolerance_deg) if _is_monotone(case) else []
-    runs = runs or _scanned(measure, case, tolerance_deg)
+    runs = _scanned(measure, case, tolerance_deg)
     rising = [(a, b) for a, b in _changes(runs) if b.fate is Fate.MOVES_ON]
     if not rising:
         raise EngineOutputError("no angle from 0 to 30 deg kept moving above a trapped one")
@@ -205,44 +201,9 @@ def _is_monotone(case: Incline) -> bool:
     return case.static_overlap <= STIFF_OVERLAP and case.steps_per_contact >= COARSE
 
 
-def _with_half_the_wells(case: Incline) -> Incline:
-    return case.replace(wells=math.ceil(case.wells / 2))
-
-
-def _scanned_angles(case: Incline) -> list[float]:
-    return [float(angle) for angle in np.linspace(*_parts_of_well(case, WINDOW), SCAN)]
-
-
-def _bisected(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
-    """Return the runs of a bisection on the angles of the scan, none where one surprises.
-
-    Runs pass half of the wells, which leaves 4^-5 of the excess: a trapped grain stays trapped. One
-    that moves on with hardly a margin passes all of them, and so does the last that moves on.
-    """
-    few, angles = _with_half_the_wells(case), _scanned_angles(case)
-    runs = {run.case.angle: run for run in measure(first_cases(case, "steady"))}
-    if [run.fate for run in runs.values()] != [Fate.TRAPPED, Fate.MOVES_ON]:
-        return []
-    while True:
-        low = max(angle for angle, run in runs.items() if run.fate is Fate.TRAPPED)
-        high = min(angle for angle, run in runs.items() if run.fate is Fate.MOVES_ON)
-        if low > high or any(run.fate is Fate.UNDECIDED for run in runs.values()):
-            return []
-        inside, after = [angle for angle in angles if low < angle < high], few
-        angle = inside[(len(inside) - 1) // 2] if inside else 0.5 * (low + high)
-        if not inside and high - low <= 2.0 * tolerance_deg:
-            if runs[high].case.wells == case.wells:
-                return [runs[angle] for angle in sorted(runs)]
-            angle, after = high, case
-        (run,) = measure(at_angles(after, [angle]))
-        if run.fate is Fate.MOVES_ON and run.margin < HARDLY_A_MARGIN and after is few:
-            (run,) = measure(at_angles(case, [angle]))
-        runs[angle] = run
-
-
 def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
     """Return the runs of a scan, of the intervals in which the fate changes, and of probes."""
-    runs, parts = _scan(measure, case), FINE_SCAN
+    runs, parts = _scan(measure, case), 2 if _is_monotone(case) else FINE_SCAN
     while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
         fresh = measure(at_angles(case, angles))
         runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
@@ -252,9 +213,8 @@ def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]
 
 def _scan(measure: Measure, case: Incline) -> list[Run]:
     """Run the angles of the window, widened until the fate changes in it."""
-    angles = _scanned_angles(case)
-    low, high = angles[0], angles[-1]
-    runs = list(measure(at_angles(case, angles)))
+    runs = list(measure(first_cases(case, "steady")))
+    low, high = runs[0].case.angle, runs[-1].case.angle
     while runs[0].fate is not Fate.TRAPPED and low > 0.0:
         low = max(0.0, low - (high - low))
         runs.insert(0, measure(at_angles(case, [low]))[0])

@@ -265,10 +265,10 @@ def overlaps(case: Incline, x: Any, y: Any) -> tuple[Any, Any]:
     return case.arm - np.hypot(x - behind, y), case.arm - np.hypot(x - behind - case.diameter, y)
 
 
-def margin(case: Incline, well: int, state: Sequence[Any]) -> Any:
+def margin(case: Incline, well: Any, state: Sequence[Any]) -> Any:
     """Return the energy [m g d] above that of a grain at rest on the crest after ``well`` wells.
 
-    ``state`` is x, y [m], vx, vy [m/s], numbers or arrays of one shape.
+    ``well`` and ``state``, x, y [m], vx, vy [m/s], are numbers or arrays of one shape.
     """
     x, y, vx, vy = state
     height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
@@ -329,7 +329,7 @@ def _rolling_spin(case: Incline, speed: float) -> float:
     return -2.0 * speed / case.grain if case.friction else 0.0
 
 
-def end_of(case: Incline, route: Route, well: int) -> float:
+def end_of(case: Incline, route: Route, well: Any) -> Any:
     """Return the x [m] that ends a well: the crest, or before it where a passage has settled."""
     before = settled_before(case) if route == "passage" else 0.0
     return well * case.diameter - crest_radius(case) * math.sin(case.tilt + before)

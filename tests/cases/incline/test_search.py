@@ -98,10 +98,8 @@ def test_a_stiff_contact_takes_few_runs_and_leaves_the_same_interval(truth):
     found, scanned = by_steady_motion(stiff, Incline()), by_steady_motion(soft, SOFT)
     assert found.value == pytest.approx(scanned.value, abs=1e-9)
     assert found.uncertainty == pytest.approx(scanned.uncertainty, abs=1e-9)
-    if 9.8 < truth <= 10.8:
-        assert len(stiff.cases) <= 13 < len(soft.cases)
-        moving = [run for run in stiff.cases if run.wells == 10]
-        assert [case.angle for case in moving][-1] == pytest.approx(found.value + found.uncertainty)
+    if 9.8 < truth <= 10.6:
+        assert len(stiff.cases) == 9 < len(soft.cases)
 
 
 def test_a_moving_band_below_a_trapped_one_widens_the_uncertainty():
