@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
-from scipy.linalg import eigh
 
 from harness.theory import chain
 from tests.theory import closed_forms
@@ -92,14 +91,6 @@ def test_semi_infinite_chain_against_a_long_row():
     assert state[0] - state[1] == pytest.approx(chain.grain_force(tau), abs=1e-9)
     assert end == pytest.approx(5.135622, abs=1e-6)
     assert chain.grain_velocity(end) == pytest.approx(-0.1322795, abs=1e-7)
-
-
-@pytest.mark.parametrize("mobile", [1, 2, 7, 40])
-def test_overlap_modes(mobile):
-    stiffness = 2 * np.eye(mobile) - np.eye(mobile, k=1) - np.eye(mobile, k=-1)
-    stiffness[0, 0] = 1
-    squares = eigh(stiffness, eigvals_only=True)
-    assert closed_forms.overlap_modes(mobile, 3.0) == pytest.approx(3 * np.sqrt(squares), rel=1e-10)
 
 
 @pytest.mark.parametrize("deformable", [False, True])

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from harness.errors import RequestError
 from harness.theory import incline
-from harness.theory.chain import shock_from_impulse_ratio
+from harness.theory.chain import shock_from_impulse_ratio, shock_from_restitution
 from harness.theory.incline import (
     STATIC_ANGLE_DEG,
     after_next_shock,
@@ -30,30 +30,31 @@ ANGLES, SHOCKS = st.floats(0.0, 30.0), st.floats(0.0, 1.0)
 # ---- geometry, which the closed forms were derived without
 
 
-WELL = (0.5, math.sqrt(0.75))  # the grain's centre between the spheres at 0 and 1
-
-
 def height(point, angle):
-    """Return how high a point of the row's own frame is once the row is tilted."""
-    tilt = math.radians(angle)
-    return point[1] * math.cos(tilt) - point[0] * math.sin(tilt)
-
-
-def crest(index, angle):
-    """Return the grain's centre right above a sphere."""
-    tilt = math.radians(angle)
-    return index - math.sin(tilt), math.cos(tilt)
+    return incline.turned(point, angle)[1]
 
 
 @given(ANGLES)
 def test_well_depth_and_gain_are_differences_of_height(angle):
-    crests = [height(crest(i, angle), angle) for i in (0, 1)]
-    assert crests[1] - height(WELL, angle) == pytest.approx(well_depth(angle), abs=1e-14)
+    crests = [height(incline.crest(i, angle), angle) for i in (0, 1)]
+    well = height(incline.well(0), angle)
+    assert crests[1] - well == pytest.approx(well_depth(angle), abs=1e-14)
     assert crests[0] - crests[1] == pytest.approx(gain_per_crest(angle), abs=1e-14)
 
 
-def test_at_the_static_angle_the_well_is_the_crest():
-    assert crest(1, STATIC_ANGLE_DEG) == pytest.approx(WELL)
+@given(ANGLES)
+def test_the_path_touches_the_row_and_is_highest_at_the_crest(angle):
+    path = incline.path(0, 3)
+    distances = np.linalg.norm(path[:, None] - incline.row(4), axis=2)
+    assert distances.min(axis=1) == pytest.approx(1.0, abs=1e-12)
+    wells = np.flatnonzero(np.sort(distances, axis=1)[:, 1] < 1.0 + 1e-9)
+    assert {tuple(path[i].round(12)) for i in wells} == {
+        tuple(incline.well(i).round(12)) for i in range(3)
+    }
+    over = path[np.abs(path[:, 0] - 1) < 0.5]
+    highest, crest = max(height(p, angle) for p in over), height(incline.crest(1, angle), angle)
+    assert highest <= crest + 1e-12
+    assert highest == pytest.approx(crest, abs=1e-3)
 
 
 # ---- energy map
@@ -86,10 +87,6 @@ def test_the_steady_energy_is_a_fixed_point_and_clears_the_crest_with_a_margin(a
     assert passage_margin(angle, shock) == pytest.approx((1.0 - shock) * excess, abs=1e-12)
 
 
-def test_without_loss_the_energy_grows_for_ever():
-    assert steady_energy(10.0, 1.0) == steady_energy(10.0, 1.5) == math.inf
-
-
 # ---- critical angle
 
 
@@ -116,6 +113,7 @@ def test_limits_of_the_shock():
     assert critical_angle(0.0) == pytest.approx(STATIC_ANGLE_DEG, rel=1e-14)
     assert critical_angle(1e-12) == pytest.approx(30.0, abs=1e-4)
     assert critical_angle(1.0 - 1e-12) == pytest.approx(0.0, abs=1e-9)
+    assert steady_energy(10.0, 1.0) == math.inf
 
 
 @given(SHOCKS, SHOCKS)
@@ -159,6 +157,45 @@ def test_a_shock_out_of_range_is_named(function, value):
         function(value)
     with pytest.raises(RequestError, match="below 1"):
         no_flight_bound(1.0)
+
+
+# ---- the shock in the well
+
+
+@given(SHOCKS)
+def test_the_shock_of_a_restitution_is_that_of_a_collision_in_vectors(restitution):
+    before, normal = (
+        np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+        for angle in (-30.0, 120.0)
+    )
+    after = before - (1 + restitution) * (before @ normal) * normal
+    kept = after @ after
+    assert shock_from_restitution(restitution) == pytest.approx(kept, rel=1e-12)
+    lost = shock_from_restitution(restitution, "lost")
+    assert lost == pytest.approx((1.0 - math.sqrt(kept)) ** 2, abs=1e-12)
+
+
+@given(st.floats(1e-6, 2.0 - 1e-6))
+def test_the_impulse_of_a_rigid_base_leaves_half_of_the_velocity(ratio):
+    kept, lost = (shock_from_impulse_ratio(ratio, reading) for reading in ("kept", "lost"))
+    assert kept == pytest.approx(0.25 * ratio**2, rel=1e-12)
+    assert math.sqrt(kept) + math.sqrt(lost) == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("function", "value", "words"),
+    [
+        *((shock_from_restitution, v, "^restitution = .* from 0 to 1$") for v in (-1e-9, 1.1)),
+        *((shock_from_impulse_ratio, v, "^impulse-ratio = .* than 2$") for v in (0.0, 2.0)),
+        (shock_from_restitution, math.nan, "^restitution = nan is not allowed"),
+        (shock_from_impulse_ratio, math.nan, "^impulse-ratio = nan is not allowed"),
+    ],
+)
+def test_values_out_of_range_and_other_readings_are_named(function, value, words):
+    with pytest.raises(RequestError, match=words):
+        function(value)
+    with pytest.raises(RequestError, match="'given' is not allowed: must be 'kept' or 'lost'"):
+        function(0.5, "given")
 
 
 # ---- the energy argument

@@ -95,15 +95,6 @@ def test_the_energy_over_a_well_returns_at_the_critical_angle(inertia, ratio, fr
 # ---- values, limits and bounds
 
 
-def test_closed_forms():
-    angles = [theory.critical_angle_without_loss(30.0, beta) for beta in (0.0, SPHERE, DISC)]
-    assert angles == pytest.approx([10.2078187, 6.6674041, 6.1350746], abs=5e-8)
-    assert theory.critical_angle_without_loss(theory.well_half_angle(2.0), 0.0) == pytest.approx(
-        2.45722, abs=5e-6
-    )
-    assert angles[0] == pytest.approx(theory.critical_angle(), abs=1e-12)
-
-
 @given(HALF_ANGLES, INERTIAS)
 def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inertia):
     bound = theory.rolling_friction(half, inertia)
@@ -122,13 +113,6 @@ def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
     slight = integrated_critical_angle(half, Grain(1e-8, inertia))
     assert slight == pytest.approx(frictionless, rel=1e-4)
     assert theory.critical_angle_without_loss(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
-
-
-@pytest.mark.parametrize(("friction", "angle"), [(1e-3, 10.27807), (0.016, 10.68694)])
-def test_slight_friction_raises_the_angle(friction, angle):
-    found = integrated_critical_angle(30.0, Grain(friction, SPHERE))
-    assert found == pytest.approx(angle, abs=5e-6)
-    assert found > theory.critical_angle_without_loss(30.0, 0.0)
 
 
 def keeps_moving(grain, tilt_deg, wells=600):

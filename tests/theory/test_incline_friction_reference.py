@@ -14,7 +14,7 @@ from harness.model.scene import Body, Scene
 from harness.solvers import reference
 from harness.theory import incline as theory
 from harness.theory import incline_coulomb as coulomb
-from harness.theory.incline_coulomb import CREST, Grain, State
+from harness.theory.incline_coulomb import Grain, State
 
 SPHERE, DISC, GRAVITY = 0.4, 0.5, 9.81
 ROW = tuple(Body(radius=1.0, mass=1.0, position=(x, 0, 0), motion="frozen") for x in (0.0, 2.0))
@@ -84,37 +84,3 @@ def test_equal_dashpots_transmit_only_a_part_of_coulombs_impulse(friction):
     gained = after_shock(friction, SPHERE, 1.0, dashpot=1.0)[0] - 0.5
     limit = friction * math.sin(2 * half_angle(1.0))
     assert gained == pytest.approx(SPHERE / (1 + SPHERE) * limit, abs=2e-5)
-
-
-def energy_over_next_crest(tilt, friction, inertia, ratio, stiffness=1e7, zeta=20.0):
-    """Return the energy [m g a] just before the next crest, of a grain that left one from rest."""
-    radius, scale = 1.0 + ratio, math.sqrt(GRAVITY * (1.0 + ratio))
-    start = coulomb.over_arc(CREST, 0.1, Grain(friction, inertia))
-    overlap = GRAVITY * start.normal_force / stiffness
-    grain = on_sphere(0.1 - tilt, scale * start.speed, scale * start.rim, inertia, ratio, overlap)
-    step = math.pi / math.sqrt(stiffness) / (20 * zeta)
-    scene = Scene(bodies=(grain, *ROW), law=contact(friction, inertia, zeta, stiffness), step=step,
-                  gravity=(GRAVITY * math.sin(tilt), 0.0, -GRAVITY * math.cos(tilt)), every=20,
-                  steps=int(4.5 * math.sqrt(radius / GRAVITY) / step))  # fmt: skip
-    motion = reference.run(scene)
-    x, z = motion.position[:, 0, 0] - 2.0, motion.position[:, 0, 2]
-    angle = np.arctan2(x, z) + tilt
-    at = int(np.argmax(angle > -0.12))  # it rolls there
-    assert at > 0
-    kinetic = motion.velocity[at, 0] @ motion.velocity[at, 0]
-    kinetic += inertia * (ratio * motion.angular_velocity[at, 0, 1]) ** 2
-    return kinetic / 2 / scale**2 + math.cos(angle[at]) - 1.0
-
-
-@pytest.mark.parametrize(
-    ("friction", "inertia", "ratio"),
-    [(0.1, SPHERE, 1.0), (0.2, SPHERE, 1.0), (0.5, DISC, 1.0), (0.5, SPHERE, 2.0)],
-)
-def test_critical_angle(friction, inertia, ratio):
-    grain, half = Grain(friction, inertia), theory.well_half_angle(ratio)
-    angle = coulomb.integrated_critical_angle(half, grain)
-    margins = [
-        energy_over_next_crest(math.radians(angle + off), friction, inertia, ratio)
-        for off in (-5e-4, 5e-4)
-    ]
-    assert margins[0] < 0.0 < margins[1]

@@ -14,9 +14,7 @@ from harness.cases.incline.columns import (
     Columns,
     crest_energy,
     critical_angle,
-    job_of,
     loaded,
-    read_run,
     run_at_equal_steps,
     scene_of,
     sinking,
@@ -26,8 +24,7 @@ from harness.cases.incline.columns import (
 from harness.cases.incline.runs import Fate
 from harness.cases.tower.impulse import source_angles
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import Output
-from harness.errors import EngineOutputError, RequestError
+from harness.errors import RequestError
 from harness.results.rows import Verdict
 from harness.solvers import reference
 from harness.solvers.chain import columns as chain_columns
@@ -160,13 +157,6 @@ def test_a_path_off_the_inclines_is_seen():
     )
     row = rows_of(engine)[0]
     assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
-
-
-def test_an_output_without_an_end_is_refused():
-    output = Bench(Twin()).output(job_of(SOFT))
-    stages = {name: column[:1] for name, column in output.tables["stages"].items()}
-    with pytest.raises(EngineOutputError, match="no end"):
-        read_run(SOFT, "passage", Output((), output.provenance, {"stages": stages}))
 
 
 def test_the_quantities_of_a_run_and_the_search():

@@ -52,31 +52,36 @@ def test_an_output_of_another_run_or_with_another_end_is_no_result(changes, word
         read(case, "passage", printed(case, **changes))
 
 
-def path(case, rows):
-    """Return the output of a path with samples (x, y, vx, vy) every 50 steps."""
-    times = 50 * case.step * np.arange(len(rows))
-    columns = [times, *np.array(rows, dtype=float).T]
-    return Output((), WHO, {"series": dict(zip(COLUMNS, columns, strict=True))})
+def stages(case, rows):
+    """Return the output of a scene with stages that ended at states (x, y, vx, vy)."""
+    times = 50 * case.step * np.arange(1 + len(rows))
+    columns = [times, *np.array([(0.5, 0.9, 1.0, 0.0), *rows]).T]
+    return Output((), WHO, {"stages": dict(zip(COLUMNS, columns, strict=True))})
 
 
-def test_a_path_is_judged_by_its_margin():
-    case = Incline(wells=2)
-    over, back = (1.0, 1.0, 1.0, 0.0), (0.5, 0.9, -0.1, 0.0)
-    run = read(case, "steady", path(case, [(0.5, 0.9, 1.0, 0.0), over, (2.0, 1.0, 1.0, 0.0)]))
-    assert (run.fate, run.steps, len(run.crest_margins)) == (Fate.MOVES_ON, 100, 2)
-    trapped = read(case, "steady", path(case, [(0.5, 0.9, 1.0, 0.0), back, over]))
-    assert (trapped.fate, trapped.steps, len(trapped.crest_margins)) == (Fate.TRAPPED, 50, 0)
-    assert trapped.margin < 0.0
+OVER, FURTHER = (1.0, 1.0, 1.0, 0.0), (2.0, 1.0, 1.0, 0.0)
+BACK, LATER = (0.5, 0.9, -0.1, 0.0), (1.5, 0.9, -0.1, 0.0)
 
 
-def test_a_path_that_ends_undecided_before_the_time_limit_is_no_result():
-    case = Incline()
-    rows = [(0.5, 0.9, 0.1, 0.0)] * 3
+@pytest.mark.parametrize(
+    ("rows", "fate", "crests"),
+    [([OVER, FURTHER], "moves_on", 2), ([OVER, LATER], "trapped", 1), ([BACK], "trapped", 0)],
+)
+def test_stages_are_judged_at_their_ends(rows, fate, crests):
+    run = read(Incline(wells=2), "steady", stages(Incline(), rows))
+    assert (run.fate, run.steps, len(run.crest_margins)) == (fate, 50 * len(rows), crests)
+    assert (run.margin < 0.0) is (run.fate is Fate.TRAPPED)
+
+
+def test_an_end_that_is_undecided_before_the_time_limit_is_no_result():
+    case, early = Incline(wells=2), [(0.5, 0.9, 0.1, 0.0)]
     with pytest.raises(EngineOutputError, match=r"ends at .* undecided, before the time limit"):
-        read(case, "steady", path(case, rows))
-    limit = 100 * case.step / case.unit_of_time
-    short = case.replace(time_limit=limit)
-    assert read(short, "steady", path(short, rows)).fate is Fate.UNDECIDED
+        read(case, "steady", stages(case, early))
+    short = case.replace(time_limit=50 * case.step / case.unit_of_time)
+    assert read(short, "steady", stages(short, early)).fate is Fate.UNDECIDED
+    for rows in ([], [OVER] * 3):
+        with pytest.raises(EngineOutputError, match=f"left {len(rows)} ends of stages, of 2"):
+            read(case, "steady", stages(case, rows))
 
 
 @pytest.mark.parametrize("preset", CASE.presets)
