@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,6 +116,7 @@ def largest_half_angle(grain: Grain) -> float:
     return math.degrees(_root(margin, takeoff / 2.0, takeoff))
 
 
+@cache
 def smallest_size_ratio(grain: Grain) -> float:
     """Return the least size R/r of a grain that stays on the row at its critical angle."""
     return incline.size_ratio(largest_half_angle(grain))

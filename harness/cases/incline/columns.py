@@ -168,12 +168,11 @@ class Loaded(NamedTuple):
 
 def loaded(case: Columns, force: float, beta: float) -> Loaded:
     """Return the column under a ``force`` [N] of the grain at ``beta`` [rad] to the column."""
-    (bare, top), (overlap, lower) = (
-        (overlaps[0], float(np.sum(overlaps[1:])))
-        for overlaps in (_overlaps(case), _overlaps(case, force, beta))
-    )
-    sunk, load = lower - top, force * math.cos(beta)
-    return Loaded(float(overlap), sunk, 0.5 * (force * float(overlap - bare) + load * sunk))
+    overlaps = _overlaps(case, force, beta)
+    added = overlaps - _overlaps(case)
+    sunk = float(np.sum(added[1:]))
+    energy = 0.5 * force * (float(added[0]) + math.cos(beta) * sunk)
+    return Loaded(float(overlaps[0]), sunk, energy)
 
 
 def sinking(case: Columns, force: float = 0.0, beta: float = 0.0) -> Floats:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
@@ -34,8 +33,7 @@ from harness.model.contact import (
 from harness.model.law import Law
 from harness.model.scene import Body, Scene, Stage
 from harness.theory.incline import INERTIA, Shape
-from harness.theory.incline_coulomb import Grain
-from harness.theory.incline_coulomb import smallest_size_ratio as smallest_ratio
+from harness.theory.incline_coulomb import Grain, smallest_size_ratio
 
 Route = Literal["passage", "steady"]
 
@@ -145,7 +143,7 @@ class Incline(OverRow):
 
     def _check_size(self) -> None:
         most = self.spheres * self.diameter / 2.0
-        least = smallest_size_ratio(self.friction, self.shape) * self.diameter
+        least = smallest_size_ratio(Grain.of(self.friction, self.shape)) * self.diameter
         if self.grain > most:
             raise ValueError(
                 f"grain_diameter = {self.grain:g} m: must be at most {most:g} m, half of a row of "
@@ -230,12 +228,6 @@ class Incline(OverRow):
             tangential_damping=damping,
             friction=self.friction,
         )
-
-
-@cache
-def smallest_size_ratio(friction: float, shape: Shape) -> float:
-    """Return the least diameter of a grain over that of the row with which it stays on the row."""
-    return smallest_ratio(Grain.of(friction, shape))
 
 
 def friction_text(case: Incline) -> str:

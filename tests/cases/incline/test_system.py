@@ -86,15 +86,6 @@ def test_bad_input_is_one_line_with_name_value_and_what_is_allowed(values, words
     assert "\n" not in str(caught.value)
 
 
-def test_the_smallest_grain_is_that_of_the_theory():
-    with pytest.raises(RequestError) as caught:
-        Incline(grain_diameter=0.5)
-    least = float(str(caught.value).partition("at least ")[2].split()[0])
-    Incline(grain_diameter=least)
-    with pytest.raises(RequestError):
-        Incline(grain_diameter=0.999 * least)
-
-
 @given(st.floats(0.0, 19.0), st.integers(1, 50), GRAINS)
 def test_a_grain_at_rest_on_a_crest_has_no_margin(angle, well, grain):
     case = Incline(angle=angle, **grain)
