@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -95,6 +95,7 @@ def test_the_energy_over_a_well_returns_at_the_critical_angle(inertia, ratio, fr
 # ---- values, limits and bounds
 
 
+@settings(max_examples=30)
 @given(HALF_ANGLES, INERTIAS)
 def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inertia):
     bound = theory.rolling_friction(half, inertia)
@@ -107,6 +108,7 @@ def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inert
     assert below > closed * (1 + 1e-6)
 
 
+@settings(max_examples=30)
 @given(HALF_ANGLES, INERTIAS)
 def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
     frictionless = theory.critical_angle_without_loss(half, 0.0)

@@ -8,8 +8,8 @@ angle is the root of M, which is smooth and almost linear: a secant needs few ru
 shrinks by the shock from well to well, so W wells resolve it to shock^W. A window of angles is
 scanned, widened until the fate changes in it, and each change of fate is refined. Where in a step a
 contact begins changes its shock a little, so fates may alternate in the angle. Of a stiff contact
-they alternate over 1e-3 deg at most, and the ends of the window are scan enough. At coarse steps
-they mix over an interval (0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more
+they alternate over 1e-3 deg at most: the ends of the window are scan enough. At coarse steps they
+mix over an interval (0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more
 wells are passed, and the angles around each change are probed.
 """
 
@@ -45,9 +45,10 @@ TOLERANCES_DEG: dict[Route, float] = {"passage": 1e-3, "steady": 5e-3}
 PHASES = 8  # starts within a step, over which a passage is averaged
 FIRST_ANGLES = (1.0 / 3.0, 0.35)  # of the half angle of the well: 10 and 10.5 deg
 MOST_SECANTS = 12  # a smooth margin takes three
-WINDOW = (0.98 / 3.0, 1.06 / 3.0)  # of the half angle of the well: 9.8 to 10.6 deg
-SCAN, FINE_SCAN = 5, 8  # angles of the first scan, parts of an interval that is scanned again
+WINDOW = (0.98 / 3.0, 1.08 / 3.0)  # of the half angle of the well: 9.8 to 10.8 deg
+SCAN, FINE_SCAN = 6, 8  # angles of the first scan, parts of an interval that is scanned again
 MOST_UNDECIDED = 2  # between a trapped and a moving angle
+HARDLY_A_MARGIN = 2e-4  # [m g d] 4^-5 of the excess at the start
 STIFF_OVERLAP = 1.1e-5  # m g / (k d) up to which fates are taken to change once
 COARSE, COARSE_WELLS = 20.0, 100  # steps per contact below which fates mix, and wells to pass there
 REACH_DEG, SPACING_DEG = 0.01, 5e-4  # around a change of fate that is probed, between probes
@@ -81,8 +82,10 @@ def first_cases(case: Incline, method: Route) -> list[Incline]:
     """Return the cases that a search of a prepared case runs first, at once."""
     if method == "passage":
         return at_angles(case, _parts_of_well(case, FIRST_ANGLES))
-    scanned = np.linspace(*_parts_of_well(case, WINDOW), 2 if _is_monotone(case) else SCAN)
-    return at_angles(case, scanned)
+    ends = _parts_of_well(case, WINDOW)
+    if _is_monotone(case):
+        return at_angles(_with_half_the_wells(case), ends)
+    return at_angles(case, np.linspace(*ends, SCAN))
 
 
 def at_angles(case: Incline, angles: Iterable[float]) -> list[Incline]:
@@ -201,11 +204,15 @@ def _is_monotone(case: Incline) -> bool:
     return case.static_overlap <= STIFF_OVERLAP and case.steps_per_contact >= COARSE
 
 
+def _with_half_the_wells(case: Incline) -> Incline:
+    return case.replace(wells=math.ceil(case.wells / 2))
+
+
 def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
     """Return the runs of a scan, of the intervals in which the fate changes, and of probes."""
-    runs, parts = _scan(measure, case), 2 if _is_monotone(case) else FINE_SCAN
+    runs, parts = _scan(measure, case), SCAN - 1 if _is_monotone(case) else FINE_SCAN
     while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
-        fresh = measure(at_angles(case, angles))
+        fresh = _decided(measure, case, angles)
         runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
         parts = 2
     return runs
@@ -213,17 +220,31 @@ def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]
 
 def _scan(measure: Measure, case: Incline) -> list[Run]:
     """Run the angles of the window, widened until the fate changes in it."""
-    runs = list(measure(first_cases(case, "steady")))
+    runs = _decided(measure, case, [first.angle for first in first_cases(case, "steady")])
     low, high = runs[0].case.angle, runs[-1].case.angle
     while runs[0].fate is not Fate.TRAPPED and low > 0.0:
         low = max(0.0, low - (high - low))
-        runs.insert(0, measure(at_angles(case, [low]))[0])
+        runs = _decided(measure, case, [low]) + runs
     while runs[-1].fate is not Fate.MOVES_ON and high < 30.0:
         high = min(30.0, high + (high - low))
-        runs.append(measure(at_angles(case, [high]))[0])
+        runs += _decided(measure, case, [high])
     for fate, words in ((Fate.TRAPPED, "was trapped"), (Fate.MOVES_ON, "kept moving")):
         if not any(run.fate is fate for run in runs):
             raise EngineOutputError(f"no angle from 0 to 30 deg {words}")
+    return runs
+
+
+def _decided(measure: Measure, case: Incline, angles: Sequence[float]) -> list[Run]:
+    """Run angles, where fates change once through half of the wells if those decide.
+
+    They leave 4^-5 of the excess: a trapped grain stays trapped, one with more margin moves on.
+    """
+    if not _is_monotone(case):
+        return list(measure(at_angles(case, angles)))
+    runs = list(measure(at_angles(_with_half_the_wells(case), angles)))
+    for place, run in enumerate(runs):
+        if run.fate is Fate.MOVES_ON and run.margin < HARDLY_A_MARGIN:
+            (runs[place],) = measure(at_angles(case, [run.case.angle]))
     return runs
 
 

@@ -166,7 +166,7 @@ def over_friction(measured: Mapping[str, Angles], judged: Mapping[str, Angles]) 
     figure = Figure(figsize=(7.2, 5.0), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     most = max(friction for angles in measured.values() for friction in angles)
-    frictions = np.concatenate([np.linspace(0.0, 0.06, 31), np.linspace(0.07, most, 40)])
+    frictions = np.concatenate([np.linspace(0.0, 0.12, 41), np.linspace(0.13, most, 20)])
     theory = [angle_or_nan(float(mu), "sphere", STATIC_ANGLE_DEG) for mu in frictions]
     top.plot(frictions, theory, color=BLACK, lw=1.2, label="theory, rigid grain")
     for number, (name, angles) in enumerate(measured.items(), 1):

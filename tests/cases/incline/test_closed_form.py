@@ -70,11 +70,10 @@ def test_friction_and_sizes(options, angle, model):
 
 
 def test_bounds_of_friction():
-    found = theory(friction=0.5)
-    assert found.sticking_friction == pytest.approx(0.16496, abs=1e-5)
-    assert found.rolling_friction == pytest.approx(0.32848, abs=1e-5)
-    assert theory(friction=0.5, shape="disc").rolling_friction == pytest.approx(0.35666, abs=1e-5)
-    assert found.shock == pytest.approx(81 / 196)
+    sphere, disc = theory(friction=0.5), theory(friction=0.5, shape="disc")
+    bounds = sphere.sticking_friction, sphere.rolling_friction, disc.rolling_friction
+    assert bounds == pytest.approx((0.16496, 0.32848, 0.35666), abs=1e-5)
+    assert sphere.shock == pytest.approx(81 / 196)
 
 
 @pytest.mark.parametrize(
