@@ -141,11 +141,6 @@ def sliding_impulse(friction: float, restitution: float, speed: float) -> float:
     return friction * (1.0 + restitution) * speed
 
 
-def slides_throughout(friction: float, restitution: float) -> float:
-    """Return u / v from which on a rigid contact slides to its end: 7/2 mu (1 + e)."""
-    return 3.5 * friction * (1.0 + restitution)
-
-
 def held(stiffness: float, dashpot: float, duration: float) -> float:
     """Return the tangential velocity at a contact that sticks throughout, after over before.
 
