@@ -104,46 +104,32 @@ def _observed_order(h: Floats, y: Floats, errors: Floats) -> tuple[float, tuple[
 # ---- divergence
 
 
-@dataclass(frozen=True)
-class Divergence:
-    """The place at which a column leaves the band about its reference.
-
-    ``time`` [s] is the first sample outside, ``largest`` the largest difference of the whole
-    series in the unit of the column.
-    """
-
-    column: str
-    time: float
-    largest: float
-    failure: Failure
-
-    @property
-    def note(self) -> str:
-        """Return the place and the size in words."""
-        return f"{self.failure}: {self.column} at {self.time:.6g} s, by up to {self.largest:.3g}"
-
-
 def first_divergence(
     time: Floats,
     columns: Mapping[str, Floats],
     reference_time: Floats,
     reference: Mapping[str, Floats],
     band: float,
-) -> Divergence | None:
-    """Return the earliest difference from a reference by more than ``band``, None without any.
+) -> tuple[Failure, str]:
+    """Return class and place of the first difference from a reference by more than ``band``.
 
-    Times [s] and columns have shape (samples,); both series have the same times, nothing is
-    interpolated. NaN is outside the band. Raise ValueError for other times.
+    Without any it is ``Failure.NONE``. Times [s] and columns have shape (samples,); both series
+    have the same times, nothing is interpolated. NaN is outside the band. Raise ValueError for
+    other times.
     """
     record = float(np.ptp(reference_time)) if reference_time.size else 0.0
     same = time.shape == reference_time.shape
     if not (same and np.all(np.abs(time - reference_time) <= SAME_TIME * record)):
         raise ValueError(f"{time.size} samples at other times than {reference_time.size} expected")
-    divergences = []
+    starts = {}  # sample of each column that leaves the band
     for name, expected in reference.items():
-        difference = np.abs(columns[name] - expected)
-        for start in np.flatnonzero(~(difference <= band))[:1].tolist():
-            failure = Failure.FROM_FIRST_STEP if start <= 1 else Failure.LATE
-            largest = float(np.max(difference))
-            divergences.append(Divergence(name, float(time[start]), largest, failure))
-    return min(divergences, key=lambda divergence: divergence.time, default=None)
+        outside = ~(np.abs(columns[name] - expected) <= band)
+        if outside.any():
+            starts[name] = int(outside.argmax())
+    if not starts:
+        return Failure.NONE, ""
+    name = min(starts, key=lambda column: starts[column])
+    failure = Failure.FROM_FIRST_STEP if starts[name] <= 1 else Failure.LATE
+    largest = float(np.max(np.abs(columns[name] - reference[name])))
+    place = f"{name} at {time[starts[name]]:.6g} s, by up to {largest:.3g}"
+    return failure, f"{failure}: {place}"

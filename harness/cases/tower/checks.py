@@ -212,11 +212,9 @@ def motion_difference(setup: Setup, bench: Bench) -> Value:
     """Return the largest difference from the run at equal steps, and when it began."""
     run, reference = run_of(setup, bench), reference_run(setup, bench)
     columns, expected = _columns(run, bench), _columns(reference, bench)
-    divergence = first_divergence(run.time, columns, reference.time, expected, EQUAL_STEPS)
+    failure, note = first_divergence(run.time, columns, reference.time, expected, EQUAL_STEPS)
     largest = float(np.max([np.abs(columns[name] - expected[name]) for name in expected]))
-    if divergence is None:
-        return Value(largest)
-    return Value(largest, 0.0, divergence.note, divergence.failure)
+    return Value(largest, 0.0, note, failure)
 
 
 def _columns(run: TowerRun, bench: Bench) -> dict[str, Floats]:
