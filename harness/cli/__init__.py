@@ -33,7 +33,7 @@ def main() -> None:
 
 
 def _status(words: list[str]) -> int:
-    """Run a command and return its exit status; errors are printed here."""
+    """Run a command, print its error if it fails, and return its exit status."""
     from cyclopts import CycloptsError
 
     from harness.cli.app import make_app, usage_error

@@ -38,18 +38,18 @@ class VerifyOptions:
     cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
     """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
     engines: Annotated[str, Parameter(metavar="all|NAME[,NAME...]")] = "lammps"
-    """These engines and no others; `all` is every engine that is here."""
+    """These engines and no others; `all` is every installed engine."""
     only: Annotated[str, Parameter(metavar="PATTERN")] = ""
     """Run what matches case/setup/quantity, its start or its end, in all cases unless --cases
     names some, as 'oblique/hertz*' or '*rim_speed_ratio'."""
     output: Folder = None
     """Folder for the report; must not hold anything yet. [default: reports/runs/ and the date]"""
     known_defects: File = None
-    """Known defects beside the committed ones, TOML as in inputs/known-defects.toml."""
+    """More known defects than the committed ones, TOML as in inputs/known-defects.toml."""
     strict: bool = False
     """Exit status 1 also where a row was not tested."""
     png: bool = False
-    """Write every figure as PNG too, beside SVG."""
+    """Write every figure as PNG too, not only as SVG."""
     verbose: bool = False
     """Print every row, not only those to look at."""
     force: Force = False

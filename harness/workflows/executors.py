@@ -68,7 +68,7 @@ class ExecutorEngine(WrappedEngine):
 
 @contextmanager
 def opened_on(executor: Executor, name: str) -> Iterator[Engine]:
-    """Yield an engine whose jobs run in an executor and are kept here; close it after use."""
+    """Yield an engine whose jobs run in an executor and are kept in this process's cache."""
     with open_engine(name) as local:
         yield keeping(ExecutorEngine(local, executor, name, {}))
 
@@ -113,7 +113,7 @@ def _one_line(error: BaseException) -> str:
 
 
 def identity(engine: Engine) -> dict[str, Any]:
-    """Return what decides the results of an engine here, by a word for each; no paths."""
+    """Return the facts that decide an engine's results in this process, by name; no paths."""
     facts = dict(engine.fingerprint() or {"version": engine.identify().engine_version})
     facts.pop("program", None)  # the path
     return {

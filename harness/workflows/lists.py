@@ -1,4 +1,4 @@
-"""Lists: the cases, the engines that are here, and the committed scripts of LAMMPS."""
+"""Lists: the cases, the engines, and the committed scripts of LAMMPS."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def outdated_inputs(folder: Path) -> dict[str, str]:
 
 
 def input_texts(engine: str = DEFAULT) -> dict[str, str]:
-    """Return an engine's scripts of the cases of this package by name; it need not be here.
+    """Return an engine's scripts of the cases of this package by name; it need not be installed.
 
     Raise RequestError for an unknown engine, and for one that runs without scripts.
     """

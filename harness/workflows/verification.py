@@ -159,7 +159,7 @@ class Session:
 
     @property
     def engines(self) -> list[Engine]:
-        """Return the engines that are here and qualify."""
+        """Return the engines that are installed and qualify."""
         return [bench.engine for name, bench in self.benches.items() if name != OWN]
 
     def open(self, names: Sequence[str], open_engine: OpenEngine, stack: ExitStack) -> None:
