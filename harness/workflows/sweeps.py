@@ -343,7 +343,7 @@ def _cells(outcome: Outcome, columns: Mapping[str, str]) -> Row:
     cells: Row = {"status": status}
     if isinstance(outcome, HarnessError):
         cells["reason"] = " ".join(str(outcome).split())
-    for name in columns.keys() & values.keys():
+    for name in (name for name in columns if name in values):
         value = Value.of(values[name])
         cells[columns[name]] = value.value
         if value.uncertainty:
@@ -362,7 +362,8 @@ def check_sweep_folder(folder: Path, request: SweepRequest) -> None:
     file = folder / REQUEST
     if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != _text(request):
         raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
-    if folder.is_dir() and not file.is_file() and any(folder.iterdir()):
+    others = [path for path in folder.glob("*") if not path.name.startswith(".")]
+    if others and not file.is_file():
         raise RequestError(f"--output {folder}: holds files of no sweep; name another")
 
 
