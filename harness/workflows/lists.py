@@ -35,7 +35,7 @@ def cases(name: str | None = None) -> list[Record]:
     if name is None:
         return [_case(case) for case in usable_cases().values()]
     case = get_case(name)
-    return [{**_case(case, in_full=True), **_details(case)}]
+    return [{**_case(case), **_details(case)}]
 
 
 def engines(
@@ -109,15 +109,12 @@ def input_texts(engine: str = DEFAULT) -> dict[str, str]:
     )
 
 
-def _case(case: Case[Any], *, in_full: bool = False) -> Record:
-    parameters = parameter_records(case.default)
-    for record in parameters.values() if not in_full else ():
-        del record["allowed"]
+def _case(case: Case[Any]) -> Record:
     return {
         "name": case.name,
         "group": case.group,
         "summary": case.summary,
-        "parameters": parameters,
+        "parameters": parameter_records(case.default),
         "quantities": {q.name: q.unit for q in case.quantities if not q.varies},
         "engines": [name for name in engine_names() if _takes(name, case)],
         "solvers": list(case.solvers),
