@@ -22,7 +22,7 @@ REPLACEMENTS = (  # parts of matplotlib's SVG that a browser does not need
     (r' style="" ?', ""),
     (r' transform="rotate\(-0[^"]*\)"', ""),
     (r' id="(?:figure|axes|axis|patch|line2d|text|xtick|ytick|legend|matplotlib)[^"]*"', ""),
-    (r"(?<=[;:]) ", ""),
+    (r"(?<=[;:]) (?=[^<>]*>)", ""),  # in styles, not in text
     (r"\s*\n\s*", "\n"),
     (r">\n<", "><"),
 )

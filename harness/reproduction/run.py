@@ -92,6 +92,7 @@ def sections(run: Run) -> list[Section]:
     numbers = Counter(ledger["status"])
     counts = pd.DataFrame([{status: numbers[status] for status in COLOURS}])
     errata = ledger[(ledger["correction"] != "") & (ledger["status"] != REPRODUCED)]
+    errata = errata.reset_index(drop=True)
     evidence = [
         f"{value:.7g} recomputed, {printed:.7g} as printed"
         for value, printed in zip(errata["recomputed"], errata["printed"], strict=True)

@@ -21,7 +21,7 @@ def convergence():
         axes.loglog(steps, steps, MARKERS[0], label="LAMMPS")
         label(axes, axis("time step", "s"), axis("error", "1"), "first order")
     legend_below(figure)
-    figure.text(0.5, 0.5, "theory 10.20782 deg, 7.0 to 0.00012")
+    figure.text(0.5, 0.5, "theory: 10.20782 deg, 7.0 to 0.00012")
     return figure
 
 
@@ -51,7 +51,7 @@ def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_a
     first = draw(drawing, png=True)
     assert first.svg == draw(drawing).svg
     words = "".join(ElementTree.fromstring(first.svg).itertext())
-    assert "theory 10.20782 deg, 7.0 to 0.00012" in words  # numbers in text keep their digits
+    assert "theory: 10.20782 deg, 7.0 to 0.00012" in words  # numbers in text keep their digits
     assert words.count("LAMMPS") == 1  # one legend for both panels
     assert first.size == pytest.approx((2 * 4.2 * 72, 3.0 * 72))
     assert "http" not in first.svg.replace("http://www.w3.org/", "")
