@@ -93,7 +93,7 @@ def script(scene: Scene, variation: Variation = PLAIN) -> str:
         "grows": any(law.normal == "mdr" for law in atoms.laws),
         "edges": [*edges[:2], "p" if discs else edges[2]],
         # an edge of bins lies in the middle of the box
-        "bin_size": room / min(max(1, int(room / (4.0 * _largest(scene)))), MOST_BINS),
+        "bin_size": room / max(1, int(min(room / (4.0 * _largest(scene)), MOST_BINS))),
         "bounds": bounds,
         "types": atoms.types,
         "images": [_image(scene, body, bounds) for body in bodies],
