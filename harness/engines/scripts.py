@@ -83,9 +83,9 @@ class ScriptedEngine(ProgramEngine):
 
     ``renders_variants``: whether each variant of a template is a script of its own
     (``<template>-<variant>.<extension>``), or all run that of the main one with other values.
-    ``unused_values`` are those that no script has a use for. A sampled job sets each of the
-    ``switches`` that its script declares. ``allowed`` is what variables of the engine's own may
-    be. ``command_name`` is the start of a command line that a user would type.
+    A sampled job sets each of the ``switches`` that its script declares. ``allowed`` is what
+    variables of the engine's own may be. ``command_name`` is the start of a command line that a
+    user would type.
 
     One that takes scenes as well has ``rules``, ``scene_batches`` and ``scene_script``.
     """
@@ -94,7 +94,6 @@ class ScriptedEngine(ProgramEngine):
     command_name: ClassVar[str] = "python"
     options: ClassVar[Sequence[str]] = ()
     renders_variants: ClassVar[bool] = False
-    unused_values: ClassVar[frozenset[str]] = frozenset()
     switches: ClassVar[Values] = {}
     allowed: ClassVar[Mapping[str, Allowed]] = {}
 
@@ -195,8 +194,7 @@ class ScriptedEngine(ProgramEngine):
             return reason
         script, neutral = self.script(job.template, job.variant), job.template.neutral
         for name, value in self._values(job).items():
-            unused = name in self.unused_values and name not in neutral
-            if name not in script.variables and not unused and value != neutral.get(name):
+            if name not in script.variables and value != neutral.get(name):
                 return f"its script {script.name} has no variable {name!r} ({name} = {value!r})"
         return ""
 

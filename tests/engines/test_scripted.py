@@ -43,7 +43,6 @@ BALL = Template(
 
 class Toy(ScriptedEngine):
     name = "toy"
-    unused_values = frozenset({"colour"})
     traits = Traits("pip install toy", ("3",), title="Toy")
     switches: ClassVar = {"record": "yes", "everyone": "yes"}
     folder = None
@@ -107,7 +106,6 @@ def test_logs_are_headed_by_the_command_and_the_script(toy):
 @pytest.mark.parametrize(
     ("more", "reason"),
     [
-        ({"colour": "red"}, ""),
         ({"tail": "clipped"}, ""),
         ({"tail": "attractive"}, "no variable 'tail' (tail = 'attractive')"),
         ({"weight": 2.0}, r"its script ball.py has no variable 'weight' (weight = 2.0)"),

@@ -106,8 +106,6 @@ class Kratos(SceneFileEngine):
         digits=15,
         title="Kratos",
     )
-    # of contacts: what no law of its takes
-    unused_values = frozenset({"interface", "tangential_damping", "rolling", "twisting"})
     deciding_variables = OF_PYTHON
     options = ("-u",)
 

@@ -164,8 +164,8 @@ class Worker:
         """Kill the process; whoever waits for its answer gets an error. Start no other one."""
         with self._starting:
             self._closed = True
-            if self._process is not None:
-                self._process.kill()
+            if process := self._process:
+                process.kill()
 
     def _start(self) -> None:
         """Start a process and keep its provenance, unless there is one."""
@@ -212,11 +212,11 @@ class Worker:
 
     def end(self) -> None:
         """End the process, if there is one."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
             self._pipe.close()
-            self._process = None
             remove_segments()
 
 

@@ -76,8 +76,6 @@ class Liggghts(LammpsLanguage):
     command_name = "liggghts"
     words_compare = False
     programs = ("liggghts",)
-    # of contacts with friction: refused but for one value
-    unused_values = frozenset(("interface", "surface_energy"))
     traits = Traits(
         install_hint="apt install liggghts (Debian, Ubuntu), or --program liggghts=PATH",
         versions=("LIGGGHTS-PUBLIC 3.8.0",),

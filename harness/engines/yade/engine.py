@@ -72,8 +72,6 @@ class Yade(SceneFileEngine):
     programs = ("yade",)
     command_name = "yade -n -x"
     options = ("-n", "-x")  # without a window, and to end after a script
-    # of contacts with friction: refused unless they say nothing
-    unused_values = frozenset({"interface", "room", "rolling_damping", "twisting_damping"})
     deciding_variables = (*OF_PYTHON, "YADE_PREFIX")
 
     def installed_files(self) -> list[Path]:

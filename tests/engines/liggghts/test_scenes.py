@@ -8,9 +8,8 @@ import pytest
 from harness.engines.base import scene_job
 from harness.engines.liggghts.engine import script, words
 from harness.errors import EngineInputError, Unsupported
-from harness.model.scene import sphere
 from tests.engines.struck import STRUCK, struck_floor, struck_pair
-from tests.solvers.reference.scenes import HERTZ, HOOKE, LINEAR, RHO, VISCOUS, R, guided, resting
+from tests.solvers.reference.scenes import HERTZ, HOOKE, LINEAR, VISCOUS, guided, resting
 
 SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
 ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1}
@@ -88,21 +87,6 @@ def test_twisting_springs_need_the_vertical_line_of_centres():
     assert "epsd2" in words(resting(law, 1e-3, 100, spin=(0.0, 0.0, 1.0))).models
     with pytest.raises(Unsupported, match="resist rolling as well"):
         words(resting(law, 1e-3, 100, spin=(0.1, 0.0, 1.0)))
-
-
-def test_bodies_of_a_kind_share_a_type():
-    place = {"velocity": (0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.1)}
-    scene = STRUCK.replace(bodies=(*STRUCK.bodies, sphere(R, RHO, **place)))
-    assert "create_box 3 space" in script(scene)
-    assert script(scene).count("create_atoms 1 single") == 2
-
-
-def test_segments_and_setups_are_runs():
-    still = (0.0, 0.0, 0.0)
-    led = guided(HOOKE, (10, still, still), (20, (0.0, 0.0, 0.1), still))
-    assert re.findall(r"^run (\d+)", script(led), re.M) == ["10", "20"]
-    again = resting(HOOKE, 1e-3, 100, setups=(30, 70))
-    assert re.findall(r"^run (\d+)", script(again), re.M) == ["30", "40", "30"]
 
 
 @pytest.mark.live

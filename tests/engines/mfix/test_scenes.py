@@ -1,7 +1,6 @@
 """What MFiX is given and leaves: inputs against the recorded ones, frames in its form."""
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +20,7 @@ from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.law import Law, damping_ratio
 from harness.model.scene import Stage
 from harness.solvers import reference
-from tests.engines.test_plane_scenes import drop, row, tower
+from tests.engines.test_plane_scenes import drop, tower
 from tests.solvers.reference.scenes import climbing, on_row
 
 RECORDED = Path(__file__).parent / "recorded"
@@ -223,10 +222,3 @@ def test_a_damaged_frame_is_named(frames, damage, error, reason):
     damage(folder)
     with pytest.raises(error, match=reason):
         read(system, folder)
-
-
-def test_a_line_stands_upright_in_its_box():
-    text = input_texts(system_of(tower(Law(normal_stiffness=1e6)), 100, "EULER"))["mfix.dat"]
-    assert re.search(r"GRAVITY_X = 0.0  GRAVITY_Y = -9.81 ", text)
-    assert "VTK_DATA(2) = 'F'" in text
-    assert "VTK_DATA(2)" not in input_texts(system_of(row(LAW, motion="held"), 100, "EULER"))
