@@ -34,7 +34,6 @@ from harness.errors import (
     EngineMissingError,
     EngineNaNError,
     EngineOutputError,
-    Unsupported,
 )
 
 if TYPE_CHECKING:
@@ -94,7 +93,6 @@ class Mfix(ProgramEngine):
 
     def rules(self, scene: Scene) -> Rules:
         """Return the conventions by which a scene is run; raise Unsupported."""
-        self._systems(scene)
         return rules(scene, self._scheme)
 
     def script_text(self, job: Job) -> str:
@@ -109,19 +107,12 @@ class Mfix(ProgramEngine):
         return parallel_map(lambda job: self._motion(self.scene_of(job)), jobs, self.workers)
 
     def _systems(self, scene: Scene) -> list[System]:
-        """Return ever longer stretches of a scene; raise Unsupported where none can be run."""
+        """Return ever longer stretches of a scene; raise Unsupported where it cannot be run."""
         stretches, gravity = {scene.steps}, math.hypot(*scene.gravity)
         if scene.stages and gravity > 0.0:
             unit = math.sqrt(2.0 * scene.bodies[0].radius / gravity) / scene.step
             stretches |= {min(math.ceil(s * unit), scene.steps) for s in STRETCHES}
-        shortest, *longer = sorted(stretches)
-        systems = [system_of(scene, shortest, self._scheme)]
-        for steps in longer:
-            try:
-                systems.append(system_of(scene, steps, self._scheme))
-            except Unsupported:  # more files than MFiX shall write
-                break
-        return systems
+        return [system_of(scene, steps, self._scheme) for steps in sorted(stretches)]
 
     def _motion(self, scene: Scene) -> Motion | EngineError:
         """Run ever longer stretches, until a look at the first body ends the run."""
