@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,11 @@ from harness.solvers import mdr, reference
 from harness.solvers.contacts import jkr_radius
 
 TOLERANCE = 1e-13  # relative, of a step of the integration
+MOST_STEPS = 100_000  # of an integration, which takes some eighty
+MOST_CORRECTIONS = 20  # by Newton's method, which takes some five
 LONGEST = 64.0  # times the guess that a contact may take: a strong dashpot draws it out
 FINE_STEPS = 5000  # of a contact, of the coarser of two runs of the reference
+_Phase = tuple[float, Floats]  # time, overlap and its rate, in the units of an impact
 LIMIT = Rules(mdr_wall_force="plain", mdr_growth="whole", mdr_growth_steps=1.0)
 
 
@@ -170,42 +173,73 @@ def _endless(law: Law) -> RequestError:
 
 def _solve(impact: _Impact, end: float, *, closing: bool) -> float | None:
     """Return when the overlap first is ``end`` [m] on its way in or out [s], None for never."""
-    from scipy.integrate import solve_ivp
-
     unit, speed = impact.elastic_time, impact.speed
     force = _force(impact)
     length, pull = speed * unit, impact.gravity * unit / speed
     factor = unit / speed / impact.mass
-    turned = [0.0]  # largest overlap of a contact that remembers it [m]
+    turned = 0.0  # largest overlap of a contact that remembers it [m]
 
     def rates(_: float, y: Floats) -> tuple[float, float]:
         x = float(y[0]) * length
-        resisting = force(max(x, min(end, 0.0)), float(y[1]) * speed, turned[0])
+        resisting = force(max(x, min(end, 0.0)), float(y[1]) * speed, turned)
         return float(y[1]), pull - factor * resisting
 
-    def reaches(_: float, y: Floats) -> float:
-        return float(y[0]) - end / length
-
-    def turns(_: float, y: Floats) -> float:
-        return float(y[1])
-
-    reaches.terminal, reaches.direction = True, 1.0 if closing else -1.0  # type: ignore[attr-defined]
-    turns.terminal, turns.direction = True, -1.0  # type: ignore[attr-defined]
-    start, state, time = 0.0, [0.0, 1.0], LONGEST
-    for events in ((reaches, turns), (reaches,)):
-        solution = solve_ivp(
-            rates, (start, time), state, method="DOP853", rtol=TOLERANCE, atol=1e-3 * TOLERANCE,
-            events=events, first_step=1e-6,
-        )  # fmt: skip
-        assert solution.t_events is not None
-        reached, turned_at = solution.t_events[0], solution.t_events[-1]
-        if reached.size:
-            return float(reached[0]) * unit
-        if closing or not turned_at.size:
+    start: _Phase = (0.0, np.array([0.0, 1.0]))
+    if closing:
+        reached = _first(rates, start, (-1.0, 0.0), -end / length)
+    else:
+        turning = _first(rates, start, (0.0, 1.0), 0.0)
+        if turning is None:
             return None
-        start, state = float(solution.t[-1]), solution.y[:, -1].tolist()
-        turned[0] = state[0] * length
-    return None
+        turned = float(turning[1][0]) * length
+        reached = _first(rates, turning, (1.0, 0.0), end / length)
+    return None if reached is None else reached[0] * unit
+
+
+def _first(
+    rates: Callable[[float, Floats], tuple[float, float]],
+    start: _Phase,
+    weights: tuple[float, float],
+    end: float,
+) -> _Phase | None:
+    """Return where the weighted sum of overlap and rate first falls to ``end``, None for never.
+
+    The steps of the integration lead past it; Newton's method goes back, each time by a step from
+    the last state before.
+    """
+    from scipy.integrate import ode
+
+    last = start
+
+    def excess(y: Floats) -> float:
+        return float(weights[0] * y[0] + weights[1] * y[1]) - end
+
+    def has_passed(time: float, y: Floats) -> Literal[-1, 0]:
+        nonlocal last
+        if excess(y) < 0.0 and time > start[0]:
+            return -1
+        last = time, y.copy()
+        return 0
+
+    def integrator() -> ode:
+        return ode(rates).set_integrator(
+            "dop853", rtol=TOLERANCE, atol=1e-3 * TOLERANCE, nsteps=MOST_STEPS
+        )
+
+    solver = integrator()
+    solver.set_solout(has_passed)
+    solver.set_initial_value(start[1], start[0]).integrate(LONGEST)
+    if excess(solver.y) >= 0.0:
+        return None
+    (origin, state), time, y = last, solver.t, solver.y
+    for _ in range(MOST_CORRECTIONS):
+        rate, acceleration = rates(time, y)
+        change = -excess(y) / (weights[0] * rate + weights[1] * acceleration)
+        time += change
+        y = integrator().set_initial_value(state, origin).integrate(time)
+        if abs(change) <= TOLERANCE * time:
+            break
+    return time, y
 
 
 def _force(impact: _Impact) -> Callable[[float, float, float], float]:
