@@ -29,7 +29,8 @@ from harness.solvers import mdr, reference
 from harness.solvers.contacts import jkr_radius
 
 TOLERANCE = 1e-13  # relative, of a step of the integration
-MOST_STEPS = 100_000  # of an integration, which takes some eighty
+MOST_STEPS = 100_000  # with those that are repeated
+STEPS_AT_ONCE = 900  # an integration takes some 80; after 1000 it would be given up as stiff
 MOST_CORRECTIONS = 20  # by Newton's method, which takes some five
 LONGEST = 64.0  # times the guess that a contact may take: a strong dashpot draws it out
 FINE_STEPS = 5000  # of a contact, of the coarser of two runs of the reference
@@ -209,17 +210,17 @@ def _first(
     """
     from scipy.integrate import ode
 
-    last = start
+    last, steps = start, 0
 
     def excess(y: Floats) -> float:
         return float(weights[0] * y[0] + weights[1] * y[1]) - end
 
-    def has_passed(time: float, y: Floats) -> Literal[-1, 0]:
-        nonlocal last
+    def stops(time: float, y: Floats) -> Literal[-1, 0]:
+        nonlocal last, steps
         if excess(y) < 0.0 and time > start[0]:
             return -1
-        last = time, y.copy()
-        return 0
+        last, steps = (time, y.copy()), steps + 1
+        return 0 if steps % STEPS_AT_ONCE else -1
 
     def integrator() -> ode:
         return ode(rates).set_integrator(
@@ -227,8 +228,10 @@ def _first(
         )
 
     solver = integrator()
-    solver.set_solout(has_passed)
-    solver.set_initial_value(start[1], start[0]).integrate(LONGEST)
+    solver.set_solout(stops)
+    solver.set_initial_value(start[1], start[0])
+    while solver.t < LONGEST and excess(solver.integrate(LONGEST)) >= 0.0:
+        pass
     if excess(solver.y) >= 0.0:
         return None
     (origin, state), time, y = last, solver.t, solver.y
