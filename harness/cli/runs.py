@@ -153,7 +153,8 @@ class SweepOptions:
     reports/runs/DATE-sweep]"""
     reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
     """Your measured points for the figure: a CSV table with the columns of rows.csv, the first
-    parameter of --over and the first quantity; its uncertainty gives error bars."""
+    parameter of --over and the first quantity. A column `uncertainty_QUANTITY` or
+    `uncertainty_UNIT` gives error bars."""
     force: Force = False
 
 
@@ -195,7 +196,9 @@ def sweep(
     if choice.reference is not None:
         name, column = next(iter(planned.columns.items()))
         across = planned.request.swept[0]
-        points = read_points(choice.reference, across, column, f"uncertainty_{name}")
+        unit = planned.case.quantity(name).unit
+        errors = (f"uncertainty_{name}", f"uncertainty_{unit}")
+        points = read_points(choice.reference, across, column, errors)
     engines.check(planned.engines, "--engines")
     work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
     duration_check(choice.force, work)(planned.seconds())
@@ -212,6 +215,9 @@ def sweep(
         )  # fmt: skip
     unqualified = {name: reason for name, reason in opener.failures.items() if reason}
     notes = [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
+    if not (folder / "figure.svg").is_file():
+        quantity = next(iter(planned.columns))
+        notes.append(f"no figure: no run that is done measured {quantity}")
     if json:
         more = {"output": str(folder), "notes": notes}
         print_json({**planned.to_json(), **opener.runs(), **more})

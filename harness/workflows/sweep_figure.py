@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,8 +99,11 @@ def figure_writer(draw: Callable[[], Any]) -> Writer:
     return write
 
 
-def read_points(path: Path, x: str, y: str, uncertainty: str = "") -> Points:
-    """Return the points of columns ``x`` and ``y``. Raise RequestError in a line for a bad file."""
+def read_points(path: Path, x: str, y: str, uncertainties: Sequence[str] = ()) -> Points:
+    """Return the points of columns ``x`` and ``y``; their errors from the first such column.
+
+    Raise RequestError in a line for a bad file.
+    """
     option = f"--reference {path}"
     if path.exists() and not path.is_file():
         raise RequestError(f"{option}: is no file")
@@ -116,11 +119,9 @@ def read_points(path: Path, x: str, y: str, uncertainty: str = "") -> Points:
             raise RequestError(f"{option}: has no column {name!r}, but {columns}")
     if frame.empty:
         raise RequestError(f"{option}: has no rows")
-    numbers = {
-        name: pd.to_numeric(frame[name], errors="coerce")
-        for name in (x, y, uncertainty)
-        if name in frame
-    }
+    uncertainty = next((name for name in uncertainties if name in frame), "")
+    names = (x, y, uncertainty) if uncertainty else (x, y)
+    numbers = {name: pd.to_numeric(frame[name], errors="coerce") for name in names}
     for name, values in numbers.items():
         for row in np.flatnonzero(~np.isfinite(values)):
             value = frame[name].iloc[row]

@@ -57,7 +57,8 @@ SEARCHES = 64  # that wait for the runs of an executor at a time
 REQUEST, ROWS = "sweep.json", "rows.csv"
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
 UNDECIDED, REFUSED, PENDING = "undecided", "refused", "pending"
-STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED)
+STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED)  # of runs that are over
+FIGURES = (".svg", ".png")
 FIXED_COLUMNS = ("engine", "engine_version", PRESET, "status", "reason", "wall_time_s")
 Row = dict[str, Any]
 Outcome = Mapping[str, Value | float] | HarnessError
@@ -123,7 +124,7 @@ class Sweep(Plottable):
         return total
 
     def count(self, status: str) -> int:
-        """Return how many rows have a status, one of :data:`STATUSES`."""
+        """Return how many rows have a status: one of :data:`STATUSES`, or ``pending``."""
         return sum(row["status"] == status for row in self.rows)
 
     def to_json(self) -> dict[str, Any]:
@@ -242,12 +243,14 @@ def run_sweep(
 ) -> Sweep:
     """Make the runs of a sweep and return it; write table and figure where ``output`` is given.
 
-    ``points`` of the user join the figure. Raise EngineError where an engine that is named cannot
-    be opened, RequestError for a folder that another sweep has.
+    The folder gets the request before the first run, so that no other sweep takes it meanwhile.
+    ``points`` of the user join the figure. Raise EngineMissingError where an engine that is named
+    cannot be opened, RequestError for a folder that another sweep has.
     """
     count = sum(not point.refusal for point in planned.points)
     if output is not None:
         check_sweep_folder(output, planned.request)
+        write_files({("--output", output / REQUEST): text_writer(_text(planned.request))})
     for engine in planned.engines:
         progress(engine, 0, count)
         try:
@@ -372,13 +375,18 @@ def _text(request: SweepRequest) -> str:
 
 
 def _write(planned: Sweep, folder: Path, points: Points | None) -> None:
+    """Write table and figure; remove the figure of an earlier time where nothing is measured."""
     from harness.workflows.sweep_figure import figure_writer, sweep_figure
 
+    check_sweep_folder(folder, planned.request)
     figure = sweep_figure(planned, points)
     files: dict[tuple[str, Path], Writer] = {
         ("--output", folder / REQUEST): text_writer(_text(planned.request)),
         ("--output", folder / ROWS): partial(planned.to_frame().to_csv, index=False),
     }
-    for suffix in (".svg", ".png") if figure is not None else ():
-        files["--output", folder / f"figure{suffix}"] = figure_writer(lambda: figure)
+    figures = [folder / f"figure{suffix}" for suffix in FIGURES]
+    for path in figures if figure is not None else ():
+        files["--output", path] = figure_writer(lambda: figure)
     write_files(files)
+    for path in figures if figure is None else ():
+        path.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Sweeps: every combination a row, the cache as memory, and folders that one process holds."""
+"""Sweeps: every combination a row, the cache as memory, and folders of one sweep each."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from harness.store.entries import Entries
 from harness.workflows import sweep
 from harness.workflows.sweep_figure import read_points, sweep_figure
 from harness.workflows.sweep_plan import request_in, values_of
-from harness.workflows.sweeps import plan
+from harness.workflows.sweeps import REQUEST, ROWS, plan
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -129,10 +129,31 @@ def test_a_sweep_leaves_table_and_figure_in_a_folder_that_no_other_may_have(tmp_
         swept(over, output=tmp_path)
 
 
+def test_a_folder_is_taken_from_the_first_run_on_and_checked_again_at_the_end(tmp_path):
+    def opened(name):
+        with pytest.raises(RequestError, match="has another sweep"):
+            swept({"steps": "300"}, output=tmp_path)
+        (tmp_path / REQUEST).write_text("of a sweep that began in the same instant")
+        return open_engine(name)
+
+    with pytest.raises(RequestError, match="has another sweep"):
+        swept({"steps": "100"}, output=tmp_path, open_engine=opened)
+    assert [path.name for path in tmp_path.iterdir()] == [REQUEST]
+
+
+def test_where_nothing_is_measured_the_figure_of_an_earlier_time_goes(tmp_path):
+    swept({"steps": "100"}, "dying", output=tmp_path)
+    (tmp_path / "figure.svg").touch()
+    swept({"steps": "100"}, "dying", output=tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {REQUEST, ROWS}
+
+
 def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
     file = tmp_path / "measured.csv"
     file.write_text("restitution,measured_restitution,uncertainty_restitution\n0.5,0.52,0.01\n")
-    points = read_points(file, "restitution", "measured_restitution", "uncertainty_restitution")
+    errors = ("uncertainty_1", "uncertainty_restitution")
+    points = read_points(file, "restitution", "measured_restitution", errors)
+    assert points.uncertainty == [0.01]
     result = swept({"restitution": "0.2,0.8", "steps": "100,200"})
     (axes,) = sweep_figure(result, points).axes
     labels = axes.get_legend_handles_labels()[1]
@@ -156,6 +177,6 @@ def test_bad_points_are_refused_with_file_and_row(tmp_path, content, words):
     file = tmp_path / "points.csv"
     file.write_bytes(content)
     with pytest.raises(RequestError, match=f"--reference .*points.csv.*{words}"):
-        read_points(file, "x", "y", "e")
+        read_points(file, "x", "y", ["e"])
     with pytest.raises(RequestError, match="No such file"):
         read_points(Path("nowhere.csv"), "x", "y")
