@@ -288,13 +288,15 @@ class PartialSlipCase(ContactCase[Any]):
 
     def drawings(self, benches: Mapping[str, Bench]) -> tuple[Drawing, ...]:
         """Return Maw's curve with the laws by the reference and all codes that have run them."""
+        from harness.cases.contacts.report import codes_by_title
+
         marks: dict[str, Floats] = {}
-        codes = [bench for name, bench in benches.items() if name != OWN]
-        for bench, law in product(codes, LAWS):
+        codes = codes_by_title(benches)
+        for (code, bench), law in product(codes.items(), LAWS):
             if bench.has_run(self._jobs(law)):
                 with suppress(EngineError):  # of a run that failed, which its row reports
                     values = self.rebounds(law, bench, measured=True)
-                    marks[f"{bench.engine.title}, {law}"] = values
+                    marks[f"{code}, {law}"] = values
         if not marks:
             return ()
         solver = benches.get(OWN) or Bench(None)

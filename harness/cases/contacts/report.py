@@ -6,6 +6,7 @@ All of it is read from the rows of a verification; the reference alone runs for 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
@@ -44,10 +45,20 @@ CONVENTIONS = (
 
 def sections(case: ContactCase[Any], benches: Codes) -> list[Section]:
     """Return the section of a case, after the overview of all for the first that was run."""
-    codes = {bench.engine.title: bench for name, bench in benches.items() if name != OWN}
+    codes = codes_by_title(benches)
     cases = [each for each in contact_cases() if any(b.rows[each.name] for b in codes.values())]
     before = [overview(cases, codes)] if case is next(iter(cases), None) else []
     return [*before, case_section(case, codes)]
+
+
+def codes_by_title(benches: Codes) -> Codes:
+    """Return the benches of engines by their title, by their name where engines share a title."""
+    codes = {name: bench for name, bench in benches.items() if name != OWN}
+    count = Counter(bench.engine.title for bench in codes.values())
+    return {
+        bench.engine.title if count[bench.engine.title] == 1 else name: bench
+        for name, bench in codes.items()
+    }
 
 
 def contact_cases() -> Iterator[ContactCase[Any]]:

@@ -50,6 +50,12 @@ def test_codes_by_laws_count_rows_within_and_beyond_the_tolerance(benches):
     assert table.loc["all laws", "wrong"].endswith("beyond")
 
 
+def test_two_engines_of_one_title_are_two_codes(benches):
+    assert {**report.codes_by_title(benches)} == {n: benches[n] for n in ("right", "wrong")}
+    (name,) = report.codes_by_title({"right": benches["right"]})
+    assert name == benches["right"].engine.title
+
+
 def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
     table = report.conventions([case_named("slip-to-roll")], {"right": benches["right"]})
     assert list(table["convention"]) == ["wall_lever"]
