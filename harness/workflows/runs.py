@@ -250,7 +250,8 @@ def _result(
 ) -> RunResult:
     """Return measured values, those of ``names`` if given, with closed forms.
 
-    With the bench of a single run they have references at equal steps and limits of small steps.
+    A closed form that raises is null. With the bench of a single run they have references at equal
+    steps and limits of small steps.
     """
     exact: Mapping[str, float] = {}
     reference: Mapping[str, float] = {}
