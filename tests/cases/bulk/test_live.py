@@ -12,7 +12,7 @@ from harness.engines.base import Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.registry import engine_class
-from harness.errors import EngineLostAtomsError, EngineUndecidedError
+from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from tests.cases.bulk.doubles import CASES, LIGGGHTS, SMALL, changed, needs, recorded, replaced, run
 
 CODES = ("yade", "kratos")
@@ -50,6 +50,25 @@ def test_quantities_are_read_from_a_recorded_run(code, case):
         assert 0.3 < found["remaining_ratio"] < 0.9
     if case is DRUM:  # grains rise at x < 0, so that the surface falls along +x
         assert 0.0 < found["surface_angle_deg"] < 40.0
+
+
+@EACH
+@pytest.mark.parametrize(
+    ("words", "damaged", "error"),
+    [("outside = 0", "outside = 1", EngineLostAtomsError),
+     ("grains = 90", "grains = 89", EngineOutputError)],
+)  # fmt: skip
+def test_a_damaged_recorded_run_is_an_error_which_names_the_result(code, words, damaged, error):
+    output = recorded(code, PENETRATION, lambda log: replaced(log, (words, damaged)))
+    with pytest.raises(error, match=r"a particle passed a wall|grains = 89"):
+        PENETRATION.measure(SMALL["penetration"], output)
+
+
+@EACH
+@pytest.mark.parametrize("cut", [lambda text: text.replace(",", "", 7), lambda text: text[:-9]])
+def test_a_cut_series_is_an_error(code, cut):
+    with pytest.raises(EngineOutputError, match=r"incomplete series|cut in its last row"):
+        recorded(code, SILO, series=cut)
 
 
 # ---- small runs

@@ -8,7 +8,7 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
 from harness.engines.lammps.engine import Lammps
-from harness.errors import Unsupported
+from harness.errors import EngineLostAtomsError, Unsupported
 from harness.model.conventions import Rules
 from harness.results.rows import Failure, Kind, Verdict
 from tests.cases.contacts.common import CASES, case_named, rows_of, twin
@@ -128,6 +128,19 @@ def test_a_planted_fault_turns_a_row(fault):
     failures = {row.failure for row in rows if row.verdict is Verdict.FAIL}
     assert failure in failures
     assert Failure.HARNESS not in failures
+
+
+def test_a_run_that_dies_fails_its_own_rows_and_others_go_on():
+    case, engine = case_named("head-on"), twin()
+    first = case.trials[0].setup
+    engine.motions = lambda jobs: [
+        EngineLostAtomsError("lost one") if place == 0 else motion
+        for place, motion in enumerate(Twin.motions(engine, jobs))
+    ]
+    rows = rows_of(case, engine)
+    assert {row.setup for row in rows if row.verdict is Verdict.FAIL} == {first}
+    assert {row.verdict for row in rows if row.setup == first} == {Verdict.FAIL}
+    assert len({row.setup for row in rows}) > 1
 
 
 def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():

@@ -10,7 +10,7 @@ from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
 from harness.cases.contacts import oblique
 from harness.results.rows import Kind
-from harness.theory.contact import partial_slip_rebound, stiffness_ratio
+from harness.theory.contact import partial_slip_rebound, stiffness_ratio, twisting_spin
 from tests.cases.contacts.common import CASES, case_named, limits
 from tests.theory import closed_forms
 
@@ -112,6 +112,26 @@ def test_rolling_holds_its_torque_while_twisting_slides():
     dashpots = p.rolling_damping + p.tangential_damping * p.damping_coefficient
     rested = values["held_ratio"] - values["rolling_ratio"]
     assert rested == pytest.approx(dashpots * spun / load, rel=1e-6)
+
+
+@pytest.mark.parametrize("dashpot", [0.0, 0.1, 0.6])  # over critical damping
+@pytest.mark.parametrize("start", [0.5, 3.0, 30.0])  # over the amplitude at the limit
+def test_a_twist_slips_stops_and_swings_back(start, dashpot):
+    """By small steps of a spring that is cut back where spring and dashpot exceed the limit."""
+    inertia, k, limit = 4e-7, 1.0, 1e-5
+    omega, largest = math.sqrt(k / inertia), limit / math.sqrt(k * inertia)
+    c = 2.0 * dashpot * math.sqrt(k * inertia)
+    spin, turned, step = start * largest, 0.0, 1e-4 / omega
+    for number in range(1, 400_001):
+        torque = k * turned + c * spin
+        if abs(torque) > limit:
+            torque = math.copysign(limit, torque)
+            turned = (torque - c * spin) / k
+        spin -= step * torque / inertia
+        turned += step * spin
+        if number % 50_000 == 0:
+            exact = twisting_spin(number * step, start * largest, inertia, (k, c), limit)
+            assert spin == pytest.approx(exact, abs=2e-3 * largest)
 
 
 def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides():
