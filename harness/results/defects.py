@@ -117,8 +117,8 @@ class KnownDefect(Parameters):
 class Trial:
     """A run of one or more scenes that is to be explained.
 
-    ``holds`` returns whether all its rows pass against other motions of the reference; ``motion``
-    is that of its only scene, None where there are several, or where the run has none.
+    ``holds`` returns whether all its rows pass against other motions of the reference. ``motion``
+    is that of its only scene, None for several scenes, or without a motion of the run.
     """
 
     rules: Mapping[Scene, Rules]

@@ -63,8 +63,8 @@ class Meta:
     def covers(self, rows: pd.DataFrame) -> Mask:
         """Return which rows, by key and level, were requested, shape (rows,).
 
-        A comparison of two engines bears the name of the second as its ``check``: none is covered
-        that has an engine which was left out.
+        The ``check`` of a row that compares two engines is the name of the second: such a row is
+        covered where both were run.
         """
         levels = LEVELS[: LEVELS.index(self.level) + 1] if self.level in LEVELS else LEVELS
         inside = (

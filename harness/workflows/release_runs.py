@@ -116,8 +116,8 @@ def compared_releases(
         "cells": json_records(failing),
     }  # fmt: skip
     lines = {
-        f"{one['release']} ({one['version'] or 'did not run'})": counts_text(one["counts"])
-        for one in facts["releases"]
+        f"{record['release']} ({record['version'] or 'did not run'})": counts_text(record["counts"])
+        for record in facts["releases"]
     }
     compared = Comparison(status, facts, frame, lines)
     if output is not None:

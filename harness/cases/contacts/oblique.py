@@ -194,7 +194,7 @@ class Collision(Oblique):
 
 
 class Spin(ContactSystem):
-    """A spinning sphere hits a wall or a sphere: spin left, velocity gained.
+    """A spinning sphere hits a wall or a sphere: final spin, velocity gained.
 
     Integrated under the code's conventions. Where it slides throughout and the normal force
     never pulls, vx' = -mu (1 + e) vn against the surface's motion, omega' = omega - 5/2 mu (1 +

@@ -49,7 +49,7 @@ def ratios(**meanings: str) -> tuple[Quantity[Any], ...]:
 class ContactSystem(Law):
     """A sphere, its partner, their law, and the resolution of the contact; in SI units.
 
-    A case states its equations below the first line of its docstring, and its ``quantities``.
+    The docstring of a case has its equations below the first line; ``quantities`` are its own.
     ``allowed`` has the words that it takes of a field, all unless given.
     """
 

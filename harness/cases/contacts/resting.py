@@ -150,10 +150,10 @@ class SlipToRoll(Resting):
 
 
 class RollingResistance(Resting):
-    """A rolling sphere is slowed down by rolling resistance, and stands in the end.
+    """A rolling sphere is slowed down by rolling resistance until it rests.
 
     The torque is at most mu_r R* F_n, R* = r on a floor: rolling slows down by 5/7 mu_r g, with
-    what the springs make of it as it begins and when it stands: integrated. A constant torque
+    the effect of the springs at the begin and at rest: integrated. A constant torque
     (model A of Ai and others, 2011) acts at any rate; at rest its sign changes from step to
     step.
     """
