@@ -161,14 +161,25 @@ def parallel_map(
 def parallel_each(
     function: Callable[[Item], Result], items: Iterable[Item], threads: int
 ) -> Iterator[tuple[int, Result]]:
-    """Yield the place and ``function`` of each item as it is done; no more after an exception.
+    """Yield the place and ``function`` of each item as it is done; an exception is the end.
 
     An interrupt, or a caller that leaves, does not wait for what runs: closing the engine ends
     that.
     """
+    failures: list[BaseException] = []
+
+    def call(item: Item) -> Result:
+        if failures:  # a thread may take its next item before this generator sees the exception
+            raise failures[0]
+        try:
+            return function(item)
+        except BaseException as error:
+            failures.append(error)
+            raise
+
     pool = ThreadPoolExecutor(max(1, threads))
     try:
-        places = {pool.submit(function, item): place for place, item in enumerate(items)}
+        places = {pool.submit(call, item): place for place, item in enumerate(items)}
         for future in as_completed(places):
             yield places[future], future.result()
     finally:
