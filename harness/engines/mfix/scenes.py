@@ -262,6 +262,8 @@ def _interval(scene: Scene, steps: int, *, line: bool) -> int:
     Raise Unsupported where that makes too many files.
     """
     every = 1 if line else scene.every
+    if line and steps > MOST_FRAMES:
+        raise Unsupported(f"steps = {steps}: a line takes at most {MOST_FRAMES}")
     if scene.stages:
         sampled = scene.every < scene.steps
         rarer = 1 if sampled else math.ceil(steps / (LOOK * MOST_FRAMES))
@@ -345,13 +347,18 @@ def motion(system: System, grains: list[Frame], chains: list[Frame]) -> Motion:
     """Return the motion of a run; ``chains`` are the frames of its forces, of a line alone.
 
     Without forces they are NaN. A run over a row ends where its stages do, or where it was cut.
-    Raise EngineOutputError for missing frames, a run that ended early, a fixed sphere that moved.
+    Raise EngineOutputError for missing frames, a run that ended early, a lost mobile
+    sphere, a fixed one that moved.
     """
     scene, h, numbers = system.scene, system.scene.step, range(1, system.mobile + 1)
     frames = {round(frame.time / h): frame for frame in grains}  # of several at a time the last
     states = [_states(frame) for frame in frames.values()]
     _check(system, [frame.time / h for frame in frames.values()], states)
     inside = [(at, row) for at, row in zip(frames, states, strict=True) if {*numbers} <= {*row}]
+    if not scene.stages and len(inside) < len(frames):
+        raise EngineOutputError(
+            f"MFiX lost a mobile sphere: {len(inside)} of {len(frames)} frames have all of them"
+        )
     step = np.array([at for at, _ in inside])
     state = np.array([[row[number] for number in numbers] for _, row in inside])
     place, velocity = np.split(state, 2, axis=-1)

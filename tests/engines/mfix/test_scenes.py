@@ -8,6 +8,7 @@ import pytest
 
 from harness.engines.mfix.scenes import (
     LEAST_RESTITUTION,
+    Frame,
     input_texts,
     motion,
     read_frame,
@@ -70,6 +71,12 @@ def test_every_keyword_of_the_recorded_input_is_stated_but_for_those_reviewed(st
     assert {key for key in CHANGED if generated.get(key) == recorded[key]} == set()
 
 
+@pytest.mark.parametrize("line", ["GRAVITY_X = 0.0  KN = 1.0", f"{' ' * 160}KN = 1.0"])
+def test_the_stand_in_refuses_lines_that_mfix_does(stand_in_module, line):
+    with pytest.raises(SystemExit, match="process line 2"):
+        stand_in_module.read_keywords(f"MMAX = 1\n{line}\n")
+
+
 @pytest.mark.parametrize(("scheme", "average"), [("EULER", 1.0), ("ADAMS_BASHFORTH", 0.5)])
 def test_a_held_sphere_is_at_its_place_after_the_first_step(scheme, average):
     """By the schemes: x + h (v + h a), and x + h/2 (v + v + h a)."""
@@ -111,6 +118,7 @@ REFUSED = [
     (drop(HALF.replace(tangential="linear_history"), "held"), "takes tangential = none"),
     (drop(HALF, "held").replace(step=3e-4), "DTSOLID_FACTOR of 10 or more.*at most"),
     (drop(HALF, "held").replace(steps=2 * 10**6), "more than 100000 files"),
+    (three().replace(steps=10**6), "steps = 1000000: a line takes at most 100000"),
     (three(mass=2.0), "one diameter and one mass"),
     (three(radius=0.6), "one diameter and one mass"),
     (three(0.0, 2.5, 1.25), "must come in order"),
@@ -193,6 +201,20 @@ def test_the_path_that_was_written_is_read_by_its_global_id(frames):
     assert np.abs(found.position[:, 0, :2] - expected[:, :2] + system.origin).max() < 2.0**-22
     assert np.abs(found.velocity[:, 0, :2] - expected[:, 2:]).max() < 2.0**-22
     assert np.isnan(found.force[:, :, 0]).all()
+
+
+@pytest.mark.parametrize("left", [1, 0])
+def test_a_lost_mobile_sphere_is_named(left):
+    """Of a column whose second sphere is in so many frames."""
+    scene = three().replace(steps=4)
+    system = system_of(scene, scene.steps, "EULER")
+    frames = []
+    for step in range(system.steps + 1):
+        ids = np.arange(1.0, 3.0)[: 2 if step < left else 1, None]
+        arrays = {"coordinates": system.places[: len(ids)], "Velocity": np.zeros((len(ids), 2))}
+        frames.append(Frame(step * scene.step, {**arrays, "Particle_ID": ids}))
+    with pytest.raises(EngineOutputError, match=f"lost a mobile sphere: {left} of 6 frames"):
+        motion(system, frames, [])
 
 
 def edit(number, change):
