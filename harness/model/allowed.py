@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from pydantic import BaseModel
-
-from harness.model.base import unit_in
+if TYPE_CHECKING:  # scripts need what is allowed, and workers of LAMMPS start without pydantic
+    from pydantic import BaseModel
 
 # keys of a JSON schema: the comparison that breaks a bound, and what is allowed
 _BOUNDS = {
@@ -75,6 +75,12 @@ def descriptions(kind: type[BaseModel]) -> dict[str, str]:
     """Return the descriptions of the fields of a class, by name, without the unit of a number."""
     fields = kind.model_fields.items()
     return {name: (field.description or "").removeprefix("[-] ") for name, field in fields}
+
+
+def unit_in(description: str) -> str:
+    """Return the unit in brackets that opens a description, empty for ``[-]``."""
+    symbol = description[1:].partition("]")[0] if description.startswith("[") else ""
+    return "" if symbol == "-" else symbol
 
 
 def _allowed(schema: Mapping[str, object]) -> Allowed:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from harness.errors import CombinationError, RequestError
+from harness.model.allowed import unit_in
 
 Vector = tuple[float, float, float]
 ZERO: Vector = (0.0, 0.0, 0.0)
@@ -55,12 +56,6 @@ def unit(kind: type[Parameters], name: str) -> str:
     """Return the unit of a field, empty for a pure number."""
     field = kind.model_fields.get(name)
     return unit_in((field and field.description) or "")
-
-
-def unit_in(description: str) -> str:
-    """Return the unit in brackets that opens a description, empty for ``[-]``."""
-    symbol = description[1:].partition("]")[0] if description.startswith("[") else ""
-    return "" if symbol == "-" else symbol
 
 
 def unit_vector(value: Vector) -> Vector:

@@ -121,7 +121,7 @@ class InProcess:
 class Worker:
     """A folder and the process with LAMMPS that works there, started with the first run.
 
-    The process ends with the first error; the next run starts another one. Methods raise
+    The process ends with the first run that fails in it; the next one starts another. Methods raise
     EngineError, after :meth:`close` EngineCrashError.
     """
 
@@ -156,9 +156,12 @@ class Worker:
                 if reason or not finished(text):
                     raise error_from_text(reason if "ERROR" in reason else text)
                 check_log(text)
-                return read(task, text, text_of(series) if task.job.sampled else "", seconds)
             except EngineError as error:
                 raise error.with_log(text_of(log)) from None
+        try:  # a bad output is no reason to end the process
+            return read(task, text, text_of(series) if task.job.sampled else "", seconds)
+        except EngineError as error:
+            raise error.with_log(text) from None
 
     def close(self) -> None:
         """Kill the process; whoever waits for its answer gets an error. Start no other one."""

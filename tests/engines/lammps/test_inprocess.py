@@ -12,7 +12,7 @@ import pytest
 from harness.cases.drop import CASE, TEMPLATE, values_of
 from harness.engines.base import Job
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.workers import InProcess
+from harness.engines.lammps.workers import InProcess, Worker
 from harness.engines.process import Limits
 from harness.engines.scripts import Script, Task
 from harness.errors import (
@@ -20,6 +20,7 @@ from harness.errors import (
     EngineInputError,
     EngineLostAtomsError,
     EngineMemoryError,
+    EngineOutputError,
     EngineTimeoutError,
 )
 
@@ -94,6 +95,25 @@ def test_a_run_that_fails_is_named_and_costs_only_itself(runner, name):
     assert words in str(failed)
     assert isinstance(before, str)
     assert isinstance(after, str)
+
+
+def test_a_bad_output_has_its_log_and_does_not_end_the_process(tmp_path):
+    def read(*_):
+        raise EngineOutputError("cannot be read")
+
+    worker = Worker(tmp_path, Limits())
+    worker.identify()
+    process = working_below(tmp_path)
+    with pytest.raises(EngineOutputError, match="cannot be read") as error:
+        worker.run(GOOD, read)
+    assert "RESULT verdict" in error.value.log
+    assert working_below(tmp_path) == process != []
+    worker.end()
+
+
+def test_a_process_starts_without_pydantic():
+    code = "import sys, harness.engines.lammps.workers; sys.exit('pydantic' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
