@@ -151,6 +151,7 @@ FAULTS = {  # what a stand-in does to an input, or to samples, and the words of 
     "no file": ("", "rm -f motion.dump", "it is cut"),
     "none": ("", "", ""),
     "lost atom": ("sed -i 's/ 1000000000/ 1/; s/ vx -*[0-9.]* / vx 1e9 /' in.lmp", "", "lost an"),
+    "none after a crash": ("", "", ""),  # in the next process
 }  # fmt: skip
 
 
@@ -162,7 +163,10 @@ def faulty(tmp_path_factory):
         [f"[ ! -d {k} ] || (cd {k}; {row[part] or ':'})" for k, row in enumerate(FAULTS.values())]
         for part in (0, 1)
     )
-    lines = ["#!/bin/sh", *before, f'{LMP} "$@"', "code=$?", *after, "exit $code", ""]
+    # after a crash the folders are counted anew: that process spoils nothing
+    again = f'[ ! -d 0 ] || mkdir {stand_in}.ran 2>/dev/null || exec {LMP} "$@"'
+    run = [f'{LMP} "$@"', "code=$?"]
+    lines = ["#!/bin/sh", again, *before, *run, *after, "exit $code", ""]
     stand_in.write_text("\n".join(lines))
     stand_in.chmod(0o755)
     jobs = [scene_job(SYSTEMS["spheres"](LINEAR))] * len(FAULTS)
@@ -178,4 +182,4 @@ def test_planted_fault(name, faulty):
         assert message in str(faulty[name])
     else:
         off = difference(scene, faulty[name], reference.run(scene))
-        assert (off < TOLERANCE) == (name == "none")
+        assert (off < TOLERANCE) == name.startswith("none")
