@@ -96,11 +96,11 @@ def refuses_what_it_does_not_state(engine: Engine, _: OpenEngine) -> None:
 
 
 def returns_an_outcome_for_each_job(engine: Engine, _: OpenEngine) -> None:
-    """Require as many outcomes as jobs, in order: the first and the last as of the job alone."""
+    """Require as many outcomes as jobs, in order: first, middle and last as of the job alone."""
     jobs = _jobs(engine)
     names = [*jobs]
     outputs = dict(zip(names, _run(engine, [*jobs.values()]), strict=True))
-    for name in (names[0], names[-1]):
+    for name in (names[0], names[len(names) // 2], names[-1]):
         (alone,) = _run(engine, [jobs[name]])
         motion, expected = (motion_in(output, SCENES[name]) for output in (outputs[name], alone))
         _require_equal(motion, expected, ROUNDING, f"in the {name} alone")

@@ -59,6 +59,14 @@ def swallowing(self, jobs):
             for o in Twin.run(self, jobs)]  # fmt: skip
 
 
+def middle_off(outputs):
+    """Return outputs of which the middle one has other places, where there are more than two."""
+    middle = len(outputs) // 2
+    off = replace(outputs[middle], tables={"series": {**outputs[middle].tables["series"],
+                  "x_m": 2.0 * outputs[middle].tables["series"]["x_m"]}})  # fmt: skip
+    return [*outputs[:middle], off, *outputs[middle + 1 :]] if len(outputs) > 2 else outputs
+
+
 def grown(outputs):
     """Return outputs whose places grow with their number."""
     return [replace(one, tables={"series": {**one.tables["series"],
@@ -84,6 +92,7 @@ FAULTS = [
     (altered("Short", lambda outs: outs[:-1]), RETURNS, "7 outcomes of 8 jobs"),
     (altered("Reversed", lambda outs: outs[::-1]), RETURNS, "left .* samples|in the drop"),
     (altered("Growing", grown), RETURNS, "position = "),
+    (altered("Lopsided", middle_off), RETURNS, "position = "),
     (altered("Raising", lambda outs: 1 / (len(outs) - len(outs))), RETURNS, "ZeroDivisionError"),
     (fault("Gullible", run=swallowing), REPORTS, "3 outcomes, of them 1 errors of a line"),
     (fault("Contagious", run=all_or_none(Twin)), REPORTS, "of them 3: "),
