@@ -38,7 +38,8 @@ def run(
 
     The step is made to divide the duration. There are about ``samples`` samples, and with
     Runge-Kutta one more at each change of the grain's contacts. Raise RequestError for more than
-    1e12 steps, and where the values overflow, as those of steps beyond ``STABILITY`` do.
+    1e12 steps, and where the values overflow: the caller keeps ``step`` below ``STABILITY`` /
+    ``highest_frequency``.
     """
     if not duration / step <= MOST_STEPS:
         raise RequestError(f"duration = {duration} s: more than 1e12 steps of {step:.6g} s")

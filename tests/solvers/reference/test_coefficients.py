@@ -1,11 +1,14 @@
 """A coefficient off by 1e-6 moves a scene, where the trials of the contact cases have it not.
 
-For all others ``tests/cases/contacts/test_coefficients.py`` has each law of each case.
+For all others ``tests/cases/contacts/test_coefficients.py`` has each law of each case. Each
+coefficient of a law is in one of the two.
 """
 
 import pytest
 
+from harness.model.law import COEFFICIENTS
 from harness.solvers import reference
+from tests.cases.contacts.common import CASES
 from tests.solvers.reference.scenes import (
     HERTZ,
     MDR,
@@ -31,16 +34,22 @@ def confined(law):
     return guided(law, (1000, (0.0, 0.0, -1.0), STILL), (200, (0.0, 0.0, 1.0), STILL), every=20)
 
 
-@pytest.mark.parametrize(
-    ("name", "scene"),
-    [
-        ("normal_modulus", slanted(HERTZ.replace(normal_modulus=1e8))),
-        ("tangential_modulus", slanted(MINDLIN.replace(tangential_modulus=3e8))),
-        ("bulk_share", confined(MDR.replace(bulk_share=SHARE))),
-        *((name, confined(YIELDS.replace(bulk_share=0.3)))
-          for name in ("yield_stress", "youngs_modulus", "poisson_ratio")),
-    ],
-)  # fmt: skip
+SCENES = [
+    ("normal_modulus", slanted(HERTZ.replace(normal_modulus=1e8))),
+    ("tangential_modulus", slanted(MINDLIN.replace(tangential_modulus=3e8))),
+    ("bulk_share", confined(MDR.replace(bulk_share=SHARE))),
+    *((name, confined(YIELDS.replace(bulk_share=0.3)))
+      for name in ("yield_stress", "youngs_modulus", "poisson_ratio")),
+]  # fmt: skip
+
+
+def test_every_coefficient_is_tested_here_or_in_a_contact_case():
+    laws = [trial.scene.law for case in CASES for trial in case.trials]
+    in_cases = {name for name in COEFFICIENTS for law in laws if getattr(law, name)}
+    assert in_cases | {name for name, _ in SCENES} == COEFFICIENTS
+
+
+@pytest.mark.parametrize(("name", "scene"), SCENES)
 def test_coefficient(name, scene):
     off = scene.law.replace(**{name: getattr(scene.law, name) * (1.0 + 1e-6)})
     assert difference(reference.run(scene), reference.run(scene.replace(law=off))) > 1e-9
