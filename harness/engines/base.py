@@ -28,6 +28,7 @@ import time
 import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -297,12 +298,15 @@ class Engine(ABC):
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
         """Yield the place and the outcome of each job as soon as it is known, in any order.
 
-        In batches that grow with their speed: of scenes a process runs many in the time that it
-        takes to start.
+        In batches that grow with their speed, those of scenes apart from those of scripts: of
+        scenes a process runs many in the time that it takes to start.
         """
         self.check(jobs)
-        has_script = any(self.has_template(job.template) for job in jobs)
-        return in_batches(jobs, self.run, 2 * cores() if has_script else SCENES_AT_ONCE)
+        has_script = [self.has_template(job.template) for job in jobs]
+        for scripted, size in ((False, SCENES_AT_ONCE), (True, 2 * cores())):
+            places = [place for place, has in enumerate(has_script) if has is scripted]
+            for place, outcome in in_batches([jobs[k] for k in places], self.run, size):
+                yield places[place], outcome
 
     # ---- texts
 
@@ -337,6 +341,7 @@ class Engine(ABC):
 
 HARNESS = "harness"
 GUARDED = {"identify", "fingerprint", "refuses", "rules", "motions", "run"}
+RETURNED: Mapping[str, type] = {"identify": Provenance, "refuses": str}
 
 
 class ContractError(EngineOutputError):
@@ -347,38 +352,57 @@ def _package(kind: type[Engine]) -> str:
     return kind.__module__.partition(".")[0]
 
 
-def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method that raises a ContractError for any exception that no engine should raise.
+@contextmanager
+def contract(kind: type[Engine], name: str) -> Iterator[None]:
+    """Raise a ContractError for any exception of a call that no engine should raise.
 
-    ``run`` returns it for each of its jobs, also where it does not return as many outcomes.
+    Exceptions of this package's engines pass: those are errors of the harness.
+    """
+    try:
+        yield
+    except (HarnessError, MemoryError):
+        raise
+    except Exception as error:
+        is_full = isinstance(error, OSError) and error.errno in (*FULL, errno.EMFILE)
+        if is_full or _package(kind) == HARNESS:
+            raise
+        text = " ".join(f"{type(error).__name__}: {error}".split()).strip(": ")[:160]
+        failure = ContractError(f"{kind.label()}: {name} raised {text}")
+        raise failure.with_log("".join(traceback.format_exception(error))) from None
+
+
+def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method under the contract, with the check of what it returns.
+
+    ``run`` returns a ContractError for each of its jobs.
     """
 
     @functools.wraps(call)
     def guarded(self: Engine, *arguments: Any) -> Any:
         try:
-            value = call(self, *arguments)
-            if name in ("motions", "run"):
-                _check_outcomes(value, len(arguments[0]))
-            return value
-        except ContractError as error:  # of a method that this one calls
-            failure = error
-        except (HarnessError, MemoryError):
-            raise
-        except Exception as error:
-            if isinstance(error, OSError) and error.errno in (*FULL, errno.EMFILE):
+            with contract(type(self), name):
+                value = call(self, *arguments)
+                if name in ("motions", "run"):
+                    _check_outcomes(value, len(arguments[0]))
+                elif name in RETURNED and not isinstance(value, RETURNED[name]):
+                    wanted = RETURNED[name].__name__
+                    raise TypeError(f"{type(value).__name__} in place of {wanted}")
+                return value
+        except ContractError as failure:
+            if name != "run":
                 raise
-            text = " ".join(f"{type(error).__name__}: {error}".split()).strip(": ")[:160]
-            failure = ContractError(f"{self.label()}: {name} raised {text}")
-            failure = failure.with_log("".join(traceback.format_exception(error)))
-        if name != "run":
-            raise failure
-        return [failure] * len(arguments[0])
+            return [failure] * len(arguments[0])
 
     return guarded
 
 
 def _check_outcomes(outcomes: Any, jobs: int) -> None:
+    from harness.model.motion import Motion
+
     if not isinstance(outcomes, list | tuple):
         raise TypeError(f"{type(outcomes).__name__} in place of a list of outcomes")
     if len(outcomes) != jobs:
         raise ValueError(f"{len(outcomes)} outcomes of {jobs} jobs")
+    for outcome in outcomes:
+        if not isinstance(outcome, Output | Motion | EngineError):
+            raise TypeError(f"{type(outcome).__name__} in place of an outcome")

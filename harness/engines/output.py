@@ -206,6 +206,8 @@ class Output:
 def _check_table(name: str, table: Any) -> None:
     import numpy as np
 
+    if not isinstance(table, Mapping):
+        raise TypeError(f"table {name!r} is no mapping of columns: {type(table).__name__}")
     lengths = set()
     for column, values in table.items():
         if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiub":

@@ -10,9 +10,8 @@ from harness.errors import EngineMissingError
 def code(request):
     """Yield the engine of a code; skip, with the reason, where it is not installed."""
     try:
-        engine = engine_class(request.param)(workers=2)
-        engine.identify()
+        with engine_class(request.param)(workers=2) as engine:
+            engine.identify()
+            yield engine
     except EngineMissingError as reason:
         pytest.skip(str(reason))
-    with engine:
-        yield engine

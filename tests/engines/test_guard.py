@@ -39,6 +39,9 @@ def with_column(values):
         (with_column(np.array(["a"] * 3)), "column 'y_m' of table 'series' is no array of numbers"),
         (with_column(np.zeros((3, 1, 3))), "'series' is not of shape (M,) or (M, N)"),
         (with_column(np.zeros(2)), "table 'series' has columns of several lengths: [2, 3]"),
+        (lambda jobs: [None for _ in jobs], "TypeError: NoneType in place of an outcome"),
+        (lambda jobs: [{} for _ in jobs], "TypeError: dict in place of an outcome"),
+        (lambda jobs: [Output((), WHO, {"series": [1.0]}) for _ in jobs], "is no mapping of"),
         (lambda _: 1 // 0, "ZeroDivisionError: integer division or modulo by zero"),
     ],
 )
@@ -67,6 +70,19 @@ def test_a_method_that_raises_is_named(name):
     arguments = {"refuses": [JOB], "rules": [JOB.scene]}.get(name, [])
     with pytest.raises(EngineError, match=f"^engine 'plugin' of package 'tests': {name} raised K"):
         getattr(plugin(**{name: fail}), name)(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("identify", "1.0", "str in place of Provenance"),
+        ("refuses", None, "NoneType in place of str"),
+    ],
+)
+def test_a_method_that_returns_another_type_is_named(name, value, words):
+    arguments = [JOB] * (name == "refuses")
+    with pytest.raises(EngineError, match=f"of package 'tests': {name} raised TypeError: {words}"):
+        getattr(plugin(**{name: lambda *_: value}), name)(*arguments)
 
 
 @pytest.mark.parametrize("motions", [lambda *_: None, lambda *_: [], lambda *_: [None, None]])
