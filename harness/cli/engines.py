@@ -80,10 +80,11 @@ class ProgramOptions:
 
         programs = registry.named_values(self.program or (), "--program")
         settings = registry.engine_settings(self.engine_option or ()).get(name, {})
-        words = OWN_OPTIONS.get(name, {}).items()
-        more = {key: getattr(self, word.removeprefix("--")) for key, word in words}
-        options = {**settings, **more, "program": programs.get(name)}
-        return registry.chosen_options(name, options)
+        words = OWN_OPTIONS.get(name, {})
+        given = {key: getattr(self, word.removeprefix("--")) for key, word in words.items()}
+        own = {key: value for key, value in given.items() if value is not None}
+        options = {**settings, **own, "program": programs.get(name)}
+        return registry.chosen_options(name, options, {key: words[key] for key in own})
 
 
 @Parameter(name="*", group=ENGINE)
@@ -119,12 +120,12 @@ class Opener:
     @contextmanager
     def __call__(self, name: str) -> Iterator[Engine]:
         """Yield an engine, which keeps its runs where there is a cache; close it after use."""
-        from harness.engines.registry import engine_class
+        from harness.engines.registry import new_engine
         from harness.store.cache import CachedEngine
         from harness.workflows.executors import ExecutorEngine
 
         options, entries = self.options.opening(name), self.entries()
-        with engine_class(name)(**options) as bare:
+        with new_engine(name, options) as bare:
             engine: Engine = bare
             if self.executor is not None:
                 engine = ExecutorEngine(engine, self.executor, name, options)

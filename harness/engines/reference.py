@@ -9,13 +9,13 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from harness import __version__
 from harness.engines.base import Engine, Job, Traits
 from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import Provenance
-from harness.errors import EngineError, EngineTimeoutError
+from harness.errors import EngineError, EngineMemoryError, EngineTimeoutError, RequestError
 
 if TYPE_CHECKING:
     from harness.model.conventions import Rules
@@ -32,7 +32,8 @@ LEAST_OVERLAP = 1e-15
 class Reference(Engine):
     """Equal steps by an ``integrator``: as LAMMPS takes them, or by MFiX's two schemes.
 
-    ``workers`` scenes run side by side, each for at most ``seconds`` [s].
+    ``workers`` scenes run side by side, each for at most ``seconds`` [s]. Raise RequestError for an
+    integrator that it does not have.
     """
 
     name = "reference"
@@ -48,6 +49,9 @@ class Reference(Engine):
         workers: int | None = None,
         seconds: float = 300.0,
     ) -> None:
+        if integrator not in get_args(Integrator):
+            allowed = ", ".join(get_args(Integrator))
+            raise RequestError(f"--integrator {integrator!r}: must be one of {allowed}")
         self.integrator, self._seconds = integrator, seconds
         self.workers = workers or cores()
         self.traits = replace(type(self).traits, integrator=integrator)
@@ -87,3 +91,8 @@ class Reference(Engine):
             return simulation.motion()
         except EngineError as error:
             return error
+        except MemoryError:  # the samples of all steps are reserved at the start
+            return EngineMemoryError(
+                f"reference: out of memory for {scene.steps // scene.every + 1} samples of "
+                f"{len(scene.bodies)} bodies"
+            )

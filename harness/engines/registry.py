@@ -15,7 +15,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_type_hints
 
-from harness.engines.base import Engine
+from harness.engines.base import ContractError, Engine, contract
 from harness.engines.process import Limits
 from harness.engines.programs import find_program
 from harness.errors import EngineMissingError, RequestError
@@ -81,7 +81,17 @@ def open_engine(
     Raise RequestError for an unknown name or an option that the engine does not take,
     EngineMissingError when the engine is not installed.
     """
-    return engine_class(name)(**chosen_options(name, {**(options or {}), **more}))
+    return new_engine(name, chosen_options(name, {**(options or {}), **more}))
+
+
+def new_engine(name: str, options: Mapping[str, Any]) -> Engine:
+    """Return an engine of a class whose options are read; raise what :func:`open_engine` does.
+
+    Raise ContractError for any other exception of a class of another package.
+    """
+    kind = engine_class(name)
+    with contract(kind, "__init__"):
+        return kind(**options)
 
 
 def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -90,9 +100,9 @@ def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] |
     ``options`` are those of its class. Raise RequestError for a program that is not there.
     """
     try:
-        with engine_class(name)(**options) as engine:
+        with new_engine(name, options) as engine:
             return engine.fingerprint()
-    except EngineMissingError:
+    except (EngineMissingError, ContractError):
         return None
 
 
@@ -142,8 +152,13 @@ def _must_be_one() -> str:
 # ---- options of an engine's class
 
 
-def chosen_options(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of an engine's class, read from text as their types, without None."""
+def chosen_options(
+    name: str, options: Mapping[str, Any], own_words: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """Return the arguments of an engine's class, read from text as their types, without None.
+
+    ``own_words`` are the words by which errors name options, where those have one of their own.
+    """
     values = {key: value for key, value in options.items() if value is not None}
     if not values:
         return {}
@@ -155,7 +170,9 @@ def chosen_options(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
             allowed = ", ".join(sorted(hints)) or "none"
             raise RequestError(f"{word}={value}: engine {name!r} takes the options: {allowed}")
         if isinstance(value, str):
-            values[key] = _read(f"{word}={value}", value, hints[key])
+            own_word = (own_words or {}).get(key)
+            label = f"{own_word} {value!r}" if own_word else f"{word}={value}"
+            values[key] = _read(label, value, hints[key])
     return values
 
 

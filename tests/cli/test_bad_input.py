@@ -2,6 +2,9 @@
 
 import pytest
 
+from harness.cli.engines import ProgramOptions
+from harness.errors import RequestError
+
 BAD = {
     "": [("verfy", "verfy", "verify")],
     "theory": [
@@ -135,3 +138,10 @@ def test_an_error_is_an_object_too_where_json_is_requested(answer):
     record = answer("theory", "--shock", "2", status=2)
     assert record["status"] == 2
     assert "shock = 2.0" in record["error"]
+
+
+def test_an_integrator_is_named_as_it_was_given():
+    named = {"engine_option": ["reference.integrator=mfix-euler"]}
+    assert ProgramOptions(**named).opening("reference") == {"integrator": "mfix-euler"}
+    with pytest.raises(RequestError, match=r"^--integrator 'rk4': must be 'velocity-verlet', 'mfi"):
+        ProgramOptions(integrator="rk4").opening("reference")

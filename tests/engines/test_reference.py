@@ -8,7 +8,13 @@ from harness.engines.output import SERIES, Output
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
 from harness.engines.scene_tables import STAGES, motion_in
-from harness.errors import EngineNaNError, EngineOutputError, EngineTimeoutError, RequestError
+from harness.errors import (
+    EngineMemoryError,
+    EngineNaNError,
+    EngineOutputError,
+    EngineTimeoutError,
+    RequestError,
+)
 from harness.solvers import reference
 from tests.solvers.reference.scenes import HOOKE, difference, impact, on_row
 
@@ -41,6 +47,8 @@ def test_integrators(integrator):
 def test_refusals():
     with pytest.raises(RequestError, match="must be 'velocity-verlet', 'mfix-euler' or"):
         open_engine("reference", options={"integrator": "rk4"})
+    with pytest.raises(RequestError, match="--integrator 'rk4': must be one of velocity-verlet, m"):
+        Reference("rk4")
     with pytest.raises(RequestError, match="has no template 'row'"):
         Reference().run([Job(ROW, {})])
 
@@ -50,6 +58,10 @@ def test_errors_of_one_run_leave_the_others():
     bad = IMPACT.replace(bodies=(body,), walls=(), step=1e10, steps=10)
     outcomes = Reference().run([scene_job(one) for one in (IMPACT, bad, IMPACT)])
     assert [type(one) for one in outcomes] == [Output, EngineNaNError, Output]
+    huge = IMPACT.replace(steps=10**12, every=1)
+    (full,) = Reference().run([scene_job(huge)])
+    assert isinstance(full, EngineMemoryError)
+    assert "1000000000001 samples of 1 bodies" in str(full)
     (late,) = Reference(seconds=0.0).run([scene_job(on_row(steps=1000))])
     assert isinstance(late, EngineTimeoutError)
 

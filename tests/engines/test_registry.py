@@ -13,10 +13,11 @@ from harness.engines.registry import (
     chosen_options,
     engine_class,
     engine_names,
+    fingerprint_of,
     open_engine,
     refused_plugins,
 )
-from harness.errors import RequestError
+from harness.errors import EngineError, RequestError
 
 PLUGIN = """
 from typing import Literal
@@ -35,6 +36,10 @@ class Mine(Engine):
 
     def identify(self):
         raise NotImplementedError
+
+class Unborn(Mine):
+    def __init__(self):
+        raise KeyError("x\\ny")
 
 NOT_A_CLASS = 1
 """
@@ -134,6 +139,16 @@ def test_an_engine_that_is_broken_is_named_with_its_package_and_harms_no_other(
     assert "\n" not in str(error.value)
     assert engine_class("mine").name == "mine"
     assert engine_class("lammps") is Lammps
+
+
+def test_an_engine_that_cannot_be_made_is_named_and_has_no_fingerprint(plugins):
+    plugins(Point("unborn", "mine:Unborn", "mine-dem"))
+    with pytest.raises(
+        EngineError, match="'mine' of package 'mine': __init__ raised KeyErr"
+    ) as error:
+        open_engine("unborn")
+    assert "\n" not in str(error.value)
+    assert fingerprint_of("unborn", {}) is None
 
 
 def test_an_engine_with_the_name_of_another_is_left_out_and_named(plugins):
