@@ -161,7 +161,7 @@ def parallel_map(
 def parallel_each(
     function: Callable[[Item], Result], items: Iterable[Item], threads: int
 ) -> Iterator[tuple[int, Result]]:
-    """Yield the place and ``function`` of each item as it is done; an exception is the end.
+    """Yield the place and ``function`` of each item as it is done, until an exception.
 
     An interrupt, or a caller that leaves, does not wait for what runs: closing the engine ends
     that.
