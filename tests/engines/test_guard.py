@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from harness.cases.drop import CASE
-from harness.engines.base import Engine, Output, Traits
+from harness.engines.base import SCENE_NAME, Engine, Output, Traits, scene_job
 from harness.engines.output import Provenance
 from harness.errors import EngineError, EngineOutputError, RequestError
 from harness.model.conventions import Rules
@@ -53,6 +53,20 @@ def test_a_flawed_run_is_an_error_of_each_job_in_one_line_that_names_the_package
         assert str(error).startswith("engine 'plugin' of package 'tests': run raised ")
         assert words in str(error)
         assert "\n" not in str(error)
+
+
+def test_scripts_and_scenes_run_in_batches_of_their_own():
+    batches = []
+
+    def run(jobs):
+        batches.append({job.template.name for job in jobs})
+        return [Output((), WHO) for _ in jobs]
+
+    has_template = staticmethod(lambda template: template is JOB.template)
+    engine = plugin(run, has_template=has_template, refuses=lambda *_: "")
+    outcomes = dict(engine.outcomes([JOB, scene_job(JOB.scene), JOB]))
+    assert sorted(outcomes) == [0, 1, 2]
+    assert batches == [{SCENE_NAME}, {JOB.template.name}]
 
 
 def test_errors_and_refusals_of_an_engine_pass_as_they_are():
