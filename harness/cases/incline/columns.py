@@ -353,7 +353,8 @@ def _ends(case: Columns, _: Route, well: Floats, state: tuple[Floats, ...]) -> E
     # of a top that rests without a grain: a grain in contact presses it further down
     distance = np.hypot(x - well * case.diameter, y + float(sinking(case)[0]))
     margin = energy / case.weight_energy + well * math.sin(case.tilt)
-    return Ends(margin, crest_place(case, well), distance < case.diameter)
+    below = margin < allowed_margin(case) / case.weight_energy
+    return Ends(margin, crest_place(case, well), distance < case.diameter, below)
 
 
 def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> Run:

@@ -61,12 +61,14 @@ class Run:
 class Ends(NamedTuple):
     """The ends of the stages of a run, one in each well from the first on: each (K,), in SI units.
 
-    ``margin`` [m g d] is the energy over the next crest, ``crest`` the x [m] of that crest.
+    ``margin`` [m g d] is the energy over the next crest, ``crest`` the x [m] of that crest; a grain
+    ``below`` it, that moves back, is trapped: its energy of translation does not reach the crest.
     """
 
     margin: Floats
     crest: Floats
     touching: NDArray[np.bool_]
+    below: NDArray[np.bool_]
 
 
 def read(
@@ -131,7 +133,7 @@ def _judged_by_stages(
     fate = Fate.UNDECIDED
     if beyond[-1] and x.size == wells:
         fate = Fate.TRAPPED if route == "passage" and last < 0.0 else Fate.MOVES_ON
-    elif not beyond[-1] and vx[-1] < 0.0:
+    elif not beyond[-1] and vx[-1] < 0.0 and ends.below[-1]:
         fate = Fate.TRAPPED
     limit = case.time_limit * case.unit_of_time
     if fate is Fate.UNDECIDED and time[-1] < limit * (1.0 - 1e-9) - LOOK * case.step:
@@ -154,4 +156,5 @@ def incline_ends(case: Incline, route: Route, well: Floats, state: tuple[Floats,
     x, y, vx, vy = state
     rolling = 0.5 * case.rolling_inertia * case.mass / case.weight_energy * (vx**2 + vy**2)
     touching = np.maximum(*overlaps(case, x, y)) > 0.0
-    return Ends(margin(case, well, state) + rolling, end_of(case, route, well), touching)
+    sliding = margin(case, well, state)
+    return Ends(sliding + rolling, end_of(case, route, well), touching, sliding < 0.0)

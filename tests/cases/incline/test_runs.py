@@ -61,14 +61,22 @@ def stages(case, rows):
 
 OVER, FURTHER = (1.0, 1.0, 1.0, 0.0), (2.0, 1.0, 1.0, 0.0)
 BACK, LATER = (0.5, 0.9, -0.1, 0.0), (1.5, 0.9, -0.1, 0.0)
+REBOUND = (0.5, 1.2, -0.1, 0.0)  # moves back with a positive margin
 
 
 @pytest.mark.parametrize(
     ("rows", "fate", "crests"),
-    [([OVER, FURTHER], "moves_on", 2), ([OVER, LATER], "trapped", 1), ([BACK], "trapped", 0)],
+    [
+        ([OVER, FURTHER], "moves_on", 2),
+        ([OVER, LATER], "trapped", 1),
+        ([BACK], "trapped", 0),
+        ([REBOUND], "undecided", 0),
+    ],
 )
 def test_stages_are_judged_at_their_ends(rows, fate, crests):
-    run = read(Incline(wells=2), "steady", stages(Incline(), rows))
+    case = Incline(wells=2)
+    case = case.replace(time_limit=50 * len(rows) * case.step / case.unit_of_time)
+    run = read(case, "steady", stages(case, rows))
     assert (run.fate, run.steps, len(run.crest_margins)) == (fate, 50 * len(rows), crests)
     assert (run.margin < 0.0) is (run.fate is Fate.TRAPPED)
 
