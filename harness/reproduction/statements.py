@@ -79,14 +79,17 @@ class Statement:
     def rows(self, bench: Bench | None = None) -> list[Row]:
         """Return its row as printed, and its row as corrected where that is another value.
 
-        The bench is that of the engine of a statement on runs in one.
+        The bench is that of the engine of a statement on runs in one, not tested without.
         """
         blank = Row(case=CASE, setup=self.where, quantity=self.key, engine=OWN, unit=self.unit,
                     kind=Kind.ANALYTIC, level="default")  # fmt: skip
-        if bench is None or not self.engine:
+        if not self.engine:
             return self._judged(blank, self.measure())
+        blank = replace(blank, kind=Kind.CROSS_CODE)
+        if bench is None:
+            return [not_tested(blank, "no engine was given to run the incline")]
         version = bench.engine.identify().engine_version
-        blank = replace(blank, kind=Kind.CROSS_CODE, engine=bench.name, version=version)
+        blank = replace(blank, engine=bench.name, version=version)
         try:
             return self._judged(blank, self.measure(bench))
         except Unsupported as error:

@@ -102,6 +102,8 @@ def test_a_simulation_that_dies_fails():
 
     (row,) = rows_of(dies, Dead(), engine=True)
     assert (row.verdict, row.engine, row.version) == ("fail", "dead", "1")
+    (row,) = rows_of(dies, None, engine=True)
+    assert (row.verdict, row.kind) == ("not tested", "cross-code")
 
 
 # ---- samples
