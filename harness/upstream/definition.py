@@ -174,10 +174,12 @@ def _test(values: Any, file: Path) -> UpstreamTest:
             raise ValueError(f"{name} = {text[:60]!r}: must be finite numbers, {columns} in a row")
         return rows
 
-    segments = tuple(int(steps) for steps in numbers("run_segments").flat)
-    for name in ("pair_style", "run_segments"):
-        if not values.get(name):
-            raise ValueError(f"{name} is missing")
+    segments = " ".join(lines("run_segments")).split()
+    if not segments or not all(map(str.isdecimal, segments)):
+        text = " ".join(segments)[:60]
+        raise ValueError(f"run_segments = {text!r}: must be whole numbers of steps, 0 or more")
+    if not values.get("pair_style"):
+        raise ValueError("pair_style is missing")
     judged = values.get("analytic_enable", "").strip() in ("yes", "true", "on", "1")
     at = int(numbers("analytic_segment", default="-1")[0, 0])
     variables = [line.partition(" ") for line in lines("variables")]
@@ -191,10 +193,10 @@ def _test(values: Any, file: Path) -> UpstreamTest:
             *(f"pair_coeff {text}" for text in lines("pair_coeff")),
             *lines("post_commands"),
         ),
-        segments=segments,
+        segments=tuple(map(int, segments)),
         epsilon=float(numbers("epsilon", default="1e-10")[0, 0]),
         recorded={name: numbers(name, 5) for name in RECORDED if values.get(name)},
         model=values.get("analytic_model", "").strip() if judged else "",
-        tolerance=float(numbers("analytic_tol")[0, 0]) if judged else math.nan,
+        tolerance=float(next(numbers("analytic_tol").flat, math.nan)) if judged else math.nan,
         judged_segment=at if 0 <= at < len(segments) else len(segments) - 1,
     )

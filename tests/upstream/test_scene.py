@@ -152,11 +152,35 @@ def test_a_command_that_is_not_in_the_table_is_named(word):
         check_words(["fix", "a", "all", "nve/sphere", f"x{word}"])
 
 
+def test_values_of_a_file(tmp_path):
+    test = read_test(TSUJI)
+    assert "variable damping index tsuji" in test.commands
+    assert test.commands[-1] == "timestep 1e-7"
+    assert (test.segments, test.epsilon, test.judged_segment) == ((3000, 3000), 1e-8, 1)
+    assert np.isnan(test.tolerance)
+    assert {rows.shape for rows in test.recorded.values()} == {(4, 5)}
+    assert test.recorded["run_vel"][0, 4] == -2.7370684220428704e-01
+    file = tmp_path / "judged.yaml"
+    judged = "analytic_enable: yes\nanalytic_segment: 0\n"
+    for tolerance, expected in (("", np.nan), ("analytic_tol: 0.1\n", 0.1)):
+        file.write_text(TSUJI.read_text().replace("input_file:", f"{judged}{tolerance}input_file:"))
+        test = read_test(file)
+        assert test.judged_segment == 0
+        assert test.tolerance == pytest.approx(expected, nan_ok=True)
+
+
+SEGMENTS = "run_segments: |\n  3000 3000"
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
+        *(
+            ((SEGMENTS, f"run_segments: {steps}"), "run_segments = ")
+            for steps in ("100.7 5", "100 -5", "'# x'", "1e30", "")
+        ),
         (("pair_style: granular", "pair: granular"), "pair_style"),
-        (("run_segments: |\n  ", "run_segments: |\n  many "), "many"),
+        ((SEGMENTS, "run_segments: many"), "many"),
         (("epsilon: 1e-08", "epsilon: small"), "epsilon = 'small'"),
         (("run_vel: |2\n    0 ", "run_vel: |2\n    x "), "run_vel"),
         (("run_vel: |2\n    0 ", "run_vel: |2\n    nan "), "run_vel"),
