@@ -192,11 +192,22 @@ Errors = Mapping[str, Floats]  # over their scale by name, (segments, N, 3) or a
 
 
 def reference_motion(reading: Reading) -> Motion:
-    """Return the motion of the reference; raise RequestError for a scene that is too large."""
+    """Return the motion of the reference.
+
+    Raise RequestError for a scene that is too large, and where bodies may come nearer than the
+    skin before a neighbour list is made anew.
+    """
     scene = reading.scene
     if _pairs(scene) * scene.steps > MOST_PAIR_STEPS:
         raise RequestError(f"{len(scene.bodies)} spheres for {scene.steps} steps: too many here")
-    return reference.run(scene, reading.rules)
+    motion = reference.run(scene, reading.rules)
+    nearer = 2.0 * scene.step * reading.list_steps * np.abs(motion.velocity).max()
+    if len(scene.bodies) > 1 and not nearer <= reading.skin:
+        raise RequestError(
+            f"neigh_modify: a list of {reading.list_steps} steps and a skin of {reading.skin:g} "
+            "may miss contacts"
+        )
+    return motion
 
 
 def scaled_errors(reading: Reading, motion: Motion, states: Sequence[State]) -> Errors:

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, combinations_with_replacement
+from itertools import accumulate, combinations_with_replacement, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,14 +33,17 @@ class NotUnderstoodError(RequestError):
 
 @dataclass(frozen=True)
 class Reading:
-    """A scene with the rules of LAMMPS for it, and the steps at which segments end.
+    """A scene with the rules of LAMMPS for it, the steps at which segments end, and its list.
 
+    A neighbour list lasts ``list_steps``, in which bodies may come nearer by ``skin`` [length].
     ``setups`` are the forces computed before the first step.
     """
 
     scene: Scene
     rules: Rules
     ends: tuple[int, ...]
+    skin: float
+    list_steps: int
     setups: int
 
 
@@ -83,7 +86,9 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
     )
     old = commands.last["pair_style"][0].startswith("gran/")
     rules = Rules(torque_lever="radius" if old else "contact_point")
-    return Reading(scene, rules, ends, commands.setups)
+    default = SKINS.get(commands.last["units"][0], "0.1")
+    skin = _float(commands.last.get("neighbor", [default])[0], "neighbor")
+    return Reading(scene, rules, ends, skin, commands.list_steps, commands.setups)
 
 
 # ---- commands
@@ -106,9 +111,7 @@ COMMANDS: Mapping[str, tuple[int, Keywords] | None] = {
     "comm_modify": (0, {"vel": 1, "mode": 1, "cutoff": 1}),
     "run_style": (0, {"verlet": 0}),
     "run": (0, {"0": 0, "post": 1}),
-    # lists that last longer than a step may miss contacts
-    "neigh_modify": (0, {**dict.fromkeys(("delay", "0", "every", "1", "check", "yes", "no"), 0),
-                         **dict.fromkeys(("page", "one", "cluster"), 1)}),
+    "neigh_modify": (0, dict.fromkeys(("delay", "every", "check", "page", "one", "cluster"), 1)),
     "set": (2, {**dict.fromkeys(("type", "diameter", "density", "density/disc", "mass", "x", "y",
                                  "z", "vx", "vy", "vz"), 1), "omega": 3}),
     "fix nve/sphere": (0, {"disc": 0, "update": 1}),
@@ -119,6 +122,8 @@ COMMANDS: Mapping[str, tuple[int, Keywords] | None] = {
     "fix viscous": (1, {}),
 }  # fmt: skip
 QUOTED = re.compile(r'"([^"]*)"')
+LIST_STEPS = 10  # that a neighbour list lasts by default, in releases before 2023
+SKINS = {"lj": "0.3", "si": "0.001"}  # of neighbour lists by default, 0.1 in other units
 
 
 class _Commands(NamedTuple):
@@ -127,6 +132,7 @@ class _Commands(NamedTuple):
     last: dict[str, Words]
     fixes: dict[str, Words]  # by name
     coefficients: list[Words]
+    list_steps: int
     setups: int
 
     def fixes_of(self, style: str) -> list[Words]:
@@ -135,7 +141,8 @@ class _Commands(NamedTuple):
 
 
 def _read_commands(test: UpstreamTest, log: str) -> _Commands:
-    commands = _Commands({"dimension": ["3"]}, {}, [], 1)
+    last: dict[str, Words] = {"dimension": ["3"], "units": ["lj"]}
+    commands, lists = _Commands(last, {}, [], 0, 1), {"delay": LIST_STEPS, "every": LIST_STEPS}
     for command, *words in executed_commands(test, log):
         check_words([command, *words])
         commands.last[command] = words
@@ -149,7 +156,9 @@ def _read_commands(test: UpstreamTest, log: str) -> _Commands:
             commands.coefficients.clear()
         elif command == "pair_coeff":
             commands.coefficients.append(words)
-    return commands
+        elif command == "neigh_modify":
+            lists |= {k: int(_float(word, command)) for k, word in pairwise(words) if k in lists}
+    return commands._replace(list_steps=max(lists.values()))
 
 
 def executed_commands(test: UpstreamTest, log: str) -> Iterator[Words]:

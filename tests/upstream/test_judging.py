@@ -190,6 +190,16 @@ def test_a_dump_with_nan_is_an_error(tmp_path):
         read_state(tmp_path / "state.1")
 
 
+@pytest.mark.parametrize("command", ["neigh_modify delay 20000 every 1", "neighbor 1e-5 nsq"])
+def test_a_list_that_may_miss_a_contact_is_not_tested(command, lmp):
+    """A release before 2023 keeps a list for ten steps unless a test says otherwise."""
+    listed = {} if command.startswith("neigh_modify") else {"neigh_modify": []}
+    run = run_upstream([askew(command, **listed)], {"here": lmp})
+    assert set(run.rows["verdict"]) == {"not tested"}
+    motion = rows_by_key(run)["askew", MOTION, "newton on"]
+    assert "may miss contacts" in motion.note
+
+
 def test_a_run_that_hangs_is_ended(lmp):
     test = named(askew(), segments=(2_000_000_000,))
     record, motion = outcome(test, lmp, limits=Limits(seconds=1.0))

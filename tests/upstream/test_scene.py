@@ -104,7 +104,6 @@ def test_what_is_understood_agrees_to_round_off(motions, name):
 
 NOT_UNDERSTOOD = {
     "exclude": askew("neigh_modify exclude type 1 1"),
-    "'20000'": askew("neigh_modify delay 20000 every 1"),  # may miss a contact
     "'fix setforce'": askew("fix hold all setforce 0 0 0"),
     "group 'upper' is not all that moves": askew("fix g upper gravity 9 vector 0 0 1"),
     "'chute'": askew("fix g all gravity 9 chute 20"),
