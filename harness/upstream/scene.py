@@ -317,6 +317,7 @@ MODELS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "twisting": {"none": (), **{n: model.needs for n, model in SUBMODELS["twisting"].items()}},
     "heat": {"none": ()},
 }
+TANGENTIAL = {"tangential", *(name for names in MODELS["tangential"].values() for name in names)}
 OLD_STYLES = {  # in the words of pair_style granular
     "hooke": "hooke {k} {eta} damping mass_velocity tangential linear_nohistory {x} {mu}",
     "hooke/history":
@@ -343,15 +344,7 @@ def granular_law(words: Words) -> Law:
             word = rest.pop(0) if rest else ""
             null = word == "NULL" and name == "tangential_modulus"
             values[name] = None if null else _float(word, f"{part} {model}")
-    eta = values.pop(ETA)
-    if values["damping"] in ("tsuji", "coeff_restitution"):
-        values["restitution"] = eta
-    elif values["damping"] != "none":
-        values[ETA] = eta
-    try:
-        return Law(**values)
-    except RequestError as error:
-        raise NotUnderstoodError(f"its law is not one of the reference: {error}") from None
+    return _acting_law(values)
 
 
 def old_law(style: str, words: Words) -> Law:
@@ -369,6 +362,25 @@ def old_law(style: str, words: Words) -> Law:
     _check_keywords(style, words[6:], {"limit_damping": 0})
     text = OLD_STYLES[style].format(k=k, kt=kt, eta=eta, x=along / eta if eta else 0.0, mu=mu)
     return granular_law([*text.split(), *words[6:]]).replace(interface="old")
+
+
+def _acting_law(values: dict[str, Any]) -> Law:
+    """Return a law without the parts that do nothing, as their coefficients are zero."""
+    eta = values.pop(ETA)
+    if values["damping"] in ("tsuji", "coeff_restitution"):
+        values["restitution"] = eta
+    elif eta and values["damping"] != "none":
+        values[ETA] = eta
+    else:
+        values["damping"] = "none"
+    dashpot = values["damping"] != "none" and values.get("tangential_damping")
+    acts = values.get("friction") or values.get("twisting") == "marshall"
+    if not acts or (values.get("tangential") == "linear_nohistory" and not dashpot):
+        values = {name: value for name, value in values.items() if name not in TANGENTIAL}
+    try:
+        return Law(**values)
+    except RequestError as error:
+        raise NotUnderstoodError(f"its law is not one of the reference: {error}") from None
 
 
 def _pair_laws(commands: _Commands, types: Floats) -> dict[tuple[int, int], Law]:

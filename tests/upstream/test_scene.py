@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from harness.errors import RequestError
 from harness.upstream.definition import read_test, read_tests, run_test
 from harness.upstream.judging import MOTION, run_upstream
-from harness.upstream.scene import NotUnderstoodError, check_words, read_scene
+from harness.upstream.scene import NotUnderstoodError, check_words, granular_law, read_scene
 from tests.upstream.conftest import askew, named
 
 TSUJI = Path(__file__).parents[2] / "reports/defects/tsuji-restitution/test.yaml"
@@ -68,6 +68,12 @@ UNDERSTOOD = {
         pair_style=["pair_style gran/hooke/history 1e5 NULL 10 3 0.3 1"],
         pair_coeff=["pair_coeff * *"],
     ),
+    "parts that do nothing": askew(
+        pair_coeff=pair("* * hertz/material 1e8 0 0.3 tangential linear_history 0 0 0")
+    ),
+    "sticky without dashpot": askew(pair_coeff=pair(
+        "* * jkr 1e8 0 0.3 0.5 tangential linear_history 0 0.5 0 rolling sds 1e3 0.1 0.1"
+    )),
     "no pairs": askew(pair_style=["pair_style none"], pair_coeff=[]),
     "a fix taken back": askew("fix g all gravity 9 vector 0 0 1", "unfix g"),
     "a condition": askew(
@@ -141,6 +147,18 @@ def test_what_is_not_understood_is_named(state, word):
     log = "".join(f"COMMAND {n}\n{command}\n" for n, command in enumerate(test.commands))
     with pytest.raises(NotUnderstoodError, match=re.escape(word)):
         read_scene(test, log, {**state, **OTHER_STATES.get(word, {})}, 2e-6)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "hertz 1e8 0 tangential mindlin NULL 0.5 0",
+        "hertz 1e8 5 damping none tangential linear_nohistory 0.5 0.3",
+        "hertz 1e8 5 tangential linear_history 3e4 0.5 0",
+    ],
+)
+def test_parts_that_do_nothing_are_left_out(words):
+    assert granular_law(words.split()).tangential == "none"
 
 
 @given(st.text(st.characters(categories=("Ll",)), min_size=1, max_size=9))
