@@ -312,18 +312,20 @@ SHOWN_BY: Mapping[str, tuple[str, str, str]] = {
 
 def known_defects_of(reading: Reading, states: Sequence[State]) -> str:
     """Return the known defects of LAMMPS that together give a motion, by name, or nothing."""
-    scene = reading.scene
 
     def holds(motions: Mapping[Scene, Motion]) -> bool:
-        errors = scaled_errors(reading, motions[scene], states)
+        (motion,) = motions.values()
+        errors = scaled_errors(reading, motion, states)
         return _largest(*errors.values()) <= EQUAL_STEPS
 
-    trial = Trial({scene: reading.rules}, holds)
     candidates = _candidates(reading, states)
     for number in range(1, MOST_SWITCHES + 1):
         for group in combinations(candidates, number):
-            if trial.holds_with(group):
-                return ", ".join(defect.name for defect in group)
+            names = [defect.name for defect in group]
+            again = reading.setups if "wall-tsuji-again" in names else 0
+            scene = _with_tsuji_again(reading.scene, again)
+            if Trial({scene: reading.rules}, holds).holds_with(group):
+                return ", ".join(names)
     return ""
 
 
@@ -343,21 +345,27 @@ def _candidates(reading: Reading, states: Sequence[State]) -> list[KnownDefect]:
 
 
 def _in_run(defect: KnownDefect, reading: Reading, states: Sequence[State]) -> KnownDefect:
-    """Return a defect whose effect depends on the run, with the switch of this one.
+    """Return a defect with what it makes of this run.
 
-    A torque that was never set is that of the first setup beyond the reference's; setups before
-    the first step took alpha(e) of tsuji for e.
+    A torque that was never set is that of the first setup beyond the reference's.
     """
-    if defect.fit:
-        torque = _columns(states[:1], RECORDED["run_torque"])[0, 0]
-        unset = torque - reference.run(reading.scene, reading.rules).torque[0, 0]
-        return defect.replace(fit="", faults={defect.fit: tuple(unset)})
-    if defect.name == "wall-tsuji-again":
-        restitution = reading.scene.law.restitution or 0.0
-        for _ in range(reading.setups):
-            restitution = reference.tsuji(restitution)
-        return defect.replace(law={"restitution": restitution})
-    return defect
+    if not defect.fit:
+        return defect
+    torque = _columns(states[:1], RECORDED["run_torque"])[0, 0]
+    unset = torque - reference.run(reading.scene, reading.rules).torque[0, 0]
+    return defect.replace(fit="", faults={defect.fit: tuple(unset)})
+
+
+def _with_tsuji_again(scene: Scene, setups: int) -> Scene:
+    """Return a scene in which so many setups before the first step took alpha(e) of tsuji for e."""
+    laws = []
+    for row in scene.laws:
+        restitution = row.law.restitution
+        for _ in range(setups if row.law.damping == "tsuji" else 0):
+            restitution = reference.tsuji(restitution or 0.0)
+        changes = {"restitution": restitution}  # above 1 for a small e
+        laws.append(row._replace(law=row.law.model_copy(update=changes)))
+    return scene.model_copy(update={"laws": tuple(laws)})
 
 
 # ---- the page

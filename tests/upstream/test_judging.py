@@ -7,7 +7,9 @@ import pytest
 
 from harness.engines.process import Limits
 from harness.errors import EngineNaNError
+from harness.model.conventions import Faults
 from harness.results.rows import rows_of
+from harness.solvers import reference
 from harness.store.committed import known_defects
 from harness.upstream import judging
 from harness.upstream.definition import COLUMNS, RECORDED, read_state, read_test, run_test
@@ -128,6 +130,41 @@ def test_a_wrong_law_is_the_known_defect_or_fails(lmp, monkeypatch):
     assert motion.value == pytest.approx(0.11, abs=0.02)
     assert "hides" not in motion.note
     assert len(sections(run)[1].tables[0].frame) == 2
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.05])
+def test_a_wall_takes_its_own_restitution_again(lmp, restitution):
+    """The motion of the defect, of releases to 2022, is the reference's; pairs have a dashpot."""
+    wall = TSUJI[0].removeprefix("pair_coeff * * ").replace("0.5", f"{restitution}")
+    floor = f"fix floor all wall/gran granular {wall} zplane -0.02 NULL"
+    law = "* * hertz 1e8 0.9 damping coeff_restitution tangential mindlin 1e8 0.5 0.3"
+    test = askew(floor, pair_coeff=[f"pair_coeff {law}"])
+    run = run_test(test, lmp)
+    reading = read_scene(test, run.log, run.states[0], run.timestep)
+    changed = {
+        row.types: reference.tsuji(restitution) if row.law.damping == "tsuji" else 0.9
+        for row in reading.scene.laws
+    }
+    assert sorted(set(changed.values())) == sorted({0.9, reference.tsuji(restitution)})
+    laws = tuple(
+        row._replace(law=row.law.model_copy(update={"restitution": changed[row.types]}))
+        for row in reading.scene.laws
+    )
+    scene = reading.scene.model_copy(update={"laws": laws})
+    motion = reference.run(scene, reading.rules, Faults(tsuji_again_in_setup=True))
+    states = [run.states[0], *(states_of(motion, end // scene.every) for end in reading.ends)]
+    assert judging.known_defects_of(reading, states) == "wall-tsuji-again"
+
+
+def states_of(motion, sample):
+    """Return a sample of a motion as a dump."""
+    parts = {"run_pos": motion.position, "run_vel": motion.velocity, "run_torque": motion.torque,
+             "run_omega": motion.angular_velocity}  # fmt: skip
+    columns = [(RECORDED[name], values) for name, values in parts.items()]
+    state = {"id": np.arange(1.0, 1.0 + motion.position.shape[1])}
+    for names, values in [*columns, (("fx", "fy", "fz"), motion.force)]:
+        state |= zip(names, values[sample].T, strict=True)
+    return state
 
 
 def test_two_defects_at_once_are_both_named(lmp):
