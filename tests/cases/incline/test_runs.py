@@ -5,6 +5,7 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.incline.case import CASE
+from harness.cases.incline.columns import Columns, read_run
 from harness.cases.incline.runs import Fate, read
 from harness.cases.incline.system import Incline
 from harness.cases.plane import COLUMNS, path_in
@@ -73,10 +74,11 @@ REBOUND = (0.5, 1.2, -0.1, 0.0)  # moves back with a positive margin
         ([REBOUND], "undecided", 0),
     ],
 )
-def test_stages_are_judged_at_their_ends(rows, fate, crests):
-    case = Incline(wells=2)
+@pytest.mark.parametrize(("kind", "judged"), [(Incline, read), (Columns, read_run)])
+def test_stages_are_judged_at_their_ends(kind, judged, rows, fate, crests):
+    case = kind(wells=2)
     case = case.replace(time_limit=50 * len(rows) * case.step / case.unit_of_time)
-    run = read(case, "steady", stages(case, rows))
+    run = judged(case, "steady", stages(case, rows))
     assert (run.fate, run.steps, len(run.crest_margins)) == (fate, 50 * len(rows), crests)
     assert (run.margin < 0.0) is (run.fate is Fate.TRAPPED)
 
