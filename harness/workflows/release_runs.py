@@ -124,7 +124,7 @@ def compared_releases(
         tables = {
             "Setups that do not hold in every release": failing,
             "Known defects, by the number of setups": defects.reset_index(),
-            "Values that moved": moved[MOVED_COLUMNS],
+            "Values that moved": moved[MOVED_COLUMNS].reset_index(drop=True),
         }
         _write(output, compared, tables)
     return compared
