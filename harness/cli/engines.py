@@ -81,10 +81,10 @@ class ProgramOptions:
         programs = registry.named_values(self.program or (), "--program")
         settings = registry.engine_settings(self.engine_option or ()).get(name, {})
         words = OWN_OPTIONS.get(name, {})
-        given = {key: getattr(self, word.removeprefix("--")) for key, word in words.items()}
-        own = {key: value for key, value in given.items() if value is not None}
-        options = {**settings, **own, "program": programs.get(name)}
-        return registry.chosen_options(name, options, {key: words[key] for key in own})
+        texts = {key: getattr(self, word.removeprefix("--")) for key, word in words.items()}
+        spelled = {key: value for key, value in texts.items() if value is not None}
+        options = {**settings, **spelled, "program": programs.get(name)}
+        return registry.chosen_options(name, options, {key: words[key] for key in spelled})
 
 
 @Parameter(name="*", group=ENGINE)

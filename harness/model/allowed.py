@@ -28,7 +28,7 @@ class Allowed:
     """
 
     words: tuple[str, ...] = ()
-    whole: bool = False
+    is_whole: bool = False
     bounds: Mapping[str, float] = field(default_factory=dict)
     unit: str = ""
 
@@ -58,10 +58,10 @@ class Allowed:
         """Return what is allowed, for an error."""
         if self.words:
             return f"must be one of {', '.join(self.words)}"
-        return f"must be {'a whole number, ' if self.whole else ''}{self.range}"
+        return f"must be {'a whole number, ' if self.is_whole else ''}{self.range}"
 
 
-COUNT = Allowed(whole=True, bounds={"minimum": 1})
+COUNT = Allowed(is_whole=True, bounds={"minimum": 1})
 
 
 def allowed_in(kind: type[BaseModel]) -> dict[str, Allowed]:
@@ -88,6 +88,6 @@ def _allowed(schema: Mapping[str, object]) -> Allowed:
     first = choices[0] if isinstance(choices, list) else {}
     limits = {**schema, **first}
     bounds = {key: limits[key] for key in _BOUNDS if key in limits}
-    whole = limits.get("type") == "integer"
-    unit = "" if whole else unit_in(str(limits.get("description", "")))
-    return Allowed(tuple(limits.get("enum", ())), whole, bounds, unit)
+    is_whole = limits.get("type") == "integer"
+    unit = "" if is_whole else unit_in(str(limits.get("description", "")))
+    return Allowed(tuple(limits.get("enum", ())), is_whole, bounds, unit)

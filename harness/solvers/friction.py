@@ -108,12 +108,12 @@ def _turned(rules: Records, arm: Vector, angle: Vector) -> Vector:
     t = 0.5 * size(angle)
     if rules.small_angle_quaternion and t > 0.0 and t**4 / 24.0 < 2.220446049250313e-16:
         angle = scale(math.atan2(t * (1.0 - t * t / 6.0), 1.0 + 0.5 * t * t) / t, angle)
-    whole = size(angle)
-    if whole == 0.0:
+    turn = size(angle)
+    if turn == 0.0:
         return ZERO
-    axis, versine = scale(1.0 / whole, angle), 2.0 * math.sin(0.5 * whole) ** 2
+    axis, versine = scale(1.0 / turn, angle), 2.0 * math.sin(0.5 * turn) ** 2
     across = minus(scale(dot(axis, arm), axis), arm)
-    return add(scale(versine, across), scale(math.sin(whole), cross(axis, arm)))
+    return add(scale(versine, across), scale(math.sin(turn), cross(axis, arm)))
 
 
 @kernel

@@ -77,11 +77,11 @@ class Simulation:
 
     def material(self, number: int, young: float) -> Any:
         """Return a new material."""
-        made = self.parts[0].CreateNewProperties(number)
-        made[self.variable("YOUNG_MODULUS")] = young
-        made[self.variable("POISSON_RATIO")] = self.code["poisson"]
-        self.resist_rolling(made)
-        return made
+        material = self.parts[0].CreateNewProperties(number)
+        material[self.variable("YOUNG_MODULUS")] = young
+        material[self.variable("POISSON_RATIO")] = self.code["poisson"]
+        self.resist_rolling(material)
+        return material
 
     def resist_rolling(self, properties: Any) -> None:
         """Set the model of rolling friction, of a body and of a contact alike."""
@@ -92,12 +92,12 @@ class Simulation:
 
     def contact(self, number: int, gamma: float) -> Any:
         """Return the contact with the material of a number."""
-        made = self.core.Properties(number)
+        contact = self.core.Properties(number)
         for name, value in {**self.code["values"], "DAMPING_GAMMA": gamma}.items():
-            made[self.variable(name)] = value
-        getattr(self.dem, self.code["law"])().SetConstitutiveLawInProperties(made, False)
-        self.resist_rolling(made)
-        return made
+            contact[self.variable(name)] = value
+        getattr(self.dem, self.code["law"])().SetConstitutiveLawInProperties(contact, False)
+        self.resist_rolling(contact)
+        return contact
 
     def add_sphere(self, k: int) -> Any:
         """Return the node of a new sphere, with a material of its own."""
@@ -196,7 +196,7 @@ class Simulation:
     def vectors(self, name: str) -> list[list[float]]:
         """Return a vector of each sphere."""
         names = [self.variable(f"{name}_{axis}") for axis in AXES]
-        return [[node.GetSolutionStepValue(one) for one in names] for node in self.nodes]
+        return [[node.GetSolutionStepValue(variable) for variable in names] for node in self.nodes]
 
     def run(self) -> dict[str, list[Any]]:
         """Return the samples of all steps, or up to where a look ends the run."""
@@ -257,11 +257,11 @@ class Simulation:
     def leaves_well(self) -> bool:
         """Put the first body back between the spheres in the middle of a row, if it left them."""
         pitch, node = self.code["row"], self.nodes[0]
-        way = pitch * math.floor((node.X - self.nodes[2].X) / pitch)
-        node.X0 -= way
-        node.X -= way
-        self.put_back += way
-        return bool(way)
+        shift = pitch * math.floor((node.X - self.nodes[2].X) / pitch)
+        node.X0 -= shift
+        node.X -= shift
+        self.put_back += shift
+        return bool(shift)
 
 
 def four_of_a_row(bodies: list[dict[str, Any]], pitch: float) -> list[dict[str, Any]]:

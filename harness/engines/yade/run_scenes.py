@@ -140,7 +140,7 @@ class Simulation:
         x, v = body.state.pos, body.state.vel + linear
         spin = body.state.angVel[2] + angular[2]
         row = [number, number * self.scene["step"], x[0], x[1], v[0], v[1], spin]
-        left, stage = self.scene["steps"] - number, max(len(self.rows) - 1, 0)
+        remaining, stage = self.scene["steps"] - number, max(len(self.rows) - 1, 0)
         if number == 0:
             self.rows = [[float(value) for value in row]]
         else:
@@ -148,13 +148,13 @@ class Simulation:
             square = sum(value * value for value in v)
             energy = body.state.mass * (0.5 * square - height)
             beyond = x[0] > stages[stage]["place"]
-            over = left <= 0 or (v[0] < 0 and energy < stages[stage]["floor"] and not beyond)
+            over = remaining <= 0 or (v[0] < 0 and energy < stages[stage]["floor"] and not beyond)
             over = over or (beyond and stage + 1 == len(stages)) or not square < math.inf
             if beyond or over:
                 self.rows.append([float(value) for value in row])
             if over:
                 self.yade.O.pause()
-        self.watcher.iterPeriod = max(1, min(LOOK, left))
+        self.watcher.iterPeriod = max(1, min(LOOK, remaining))
 
     def half_kick(self, body: Any) -> tuple[Any, Any]:
         """Return what half a step of the forces adds to both velocities."""
@@ -215,6 +215,6 @@ if __name__ == "__main__":
     # Yade makes a folder below /tmp at its start and does not remove it
     Path(module.O.tmpFilename()).parent.rmdir()
     text = SCENES or Path(sys.argv[1]).read_text(encoding="utf-8")
-    for place, one in enumerate(json.loads(text)):
-        simulation = Simulation(module, one)  # the name that PyRunner's command calls
+    for place, scene in enumerate(json.loads(text)):
+        simulation = Simulation(module, scene)  # the name that PyRunner's command calls
         write(Path(f"{place}.json"), simulation.run())
