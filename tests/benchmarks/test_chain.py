@@ -51,12 +51,14 @@ def test_cost_of_a_particle_is_flat(law):
     assert (ratios < GROWS_WITH_THE_ROW).all()
 
 
-@pytest.mark.parametrize(("solver", "seconds"), [("exact", 3.0), ("rk4", 5.0)])
-def test_impulse_table(solver, seconds):
-    impulse_angles(heights=(1, 2), stiffnesses=(1e6,), speeds=(2.0,), solver=solver)
-    begin = time.process_time()
-    rows = impulse_angles(solver=solver)
-    spent = time.process_time() - begin
-    print(f"\n{solver}: {len(rows)} rows in {spent:.2f} s")
-    assert len(rows) == 19 * 6 * 2
-    assert spent < seconds
+def test_the_exact_impulse_table_costs_about_as_much_as_by_rk4():
+    """Print what the source's table costs in both solvers; the ratio is some 1.4."""
+    spent = {}
+    for solver in ("exact", "rk4"):
+        impulse_angles(heights=(1, 2), stiffnesses=(1e6,), speeds=(2.0,), solver=solver)
+        begin = time.process_time()
+        rows = impulse_angles(solver=solver)
+        spent[solver] = time.process_time() - begin
+        print(f"\n{solver}: {len(rows)} rows in {spent[solver]:.2f} s")
+        assert len(rows) == 19 * 6 * 2
+    assert spent["exact"] < 3.0 * spent["rk4"]
