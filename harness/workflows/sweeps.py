@@ -151,11 +151,15 @@ class Sweep(Plottable):
 
     def draw(self) -> Figure:
         """Draw the first quantity over the first parameters; RequestError where there is none."""
-        from harness.workflows.sweep_figure import sweep_figure
-
-        if (figure := sweep_figure(self)) is None:
+        if (figure := self.figure()) is None:
             raise RequestError(f"no run of this sweep of {self.case.name} measured anything")
         return figure
+
+    def figure(self, points: Points | None = None) -> Figure | None:
+        """Return the figure, with the user's points; None where nothing was measured."""
+        from harness.workflows.sweep_figure import sweep_figure
+
+        return sweep_figure(self, points)
 
 
 def sweep(  # noqa: PLR0913 - the options of a user
