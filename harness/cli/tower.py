@@ -22,7 +22,11 @@ SOLVERS = ("rk4", "exact")  # of this package; --help must not wait for numba
 WINDOWS = ("turnaround", "structure", "first-contact")
 MOST_HEIGHT = 10_000
 Numbers = Annotated[list[str], Parameter(metavar="NUMBERS")]
-Solver = Annotated[str, Parameter(metavar="NAME", group=ENGINE)]
+SOLVER_HELP = (
+    "`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that "
+    "`dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."
+)
+Solver = Annotated[str, Parameter(metavar="NAME", group=ENGINE, help=SOLVER_HELP)]
 
 
 @Parameter(name="*")
@@ -53,8 +57,6 @@ class TowerOptions:
     series: File = None
     """Write the series to this CSV file."""
     solver: Solver = "rk4"
-    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
-    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
     force: Force = False
 
 
@@ -133,8 +135,6 @@ class ImpulseOptions:
     csv: File = None
     """Write the table to this file."""
     solver: Solver = "rk4"
-    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
-    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
     force: Force = False
 
 

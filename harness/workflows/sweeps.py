@@ -380,12 +380,11 @@ def _text(request: SweepRequest) -> str:
 
 def _write(planned: Sweep, folder: Path, points: Points | None) -> None:
     """Write table and figure; remove the figure of an earlier time where nothing is measured."""
-    from harness.workflows.sweep_figure import figure_writer, sweep_figure
+    from harness.workflows.sweep_figure import figure_writer
 
     check_sweep_folder(folder, planned.request)
-    figure = sweep_figure(planned, points)
+    figure = planned.figure(points)
     files: dict[tuple[str, Path], Writer] = {
-        ("--output", folder / REQUEST): text_writer(_text(planned.request)),
         ("--output", folder / ROWS): partial(planned.to_frame().to_csv, index=False),
     }
     figures = [folder / f"figure{suffix}" for suffix in FIGURES]
