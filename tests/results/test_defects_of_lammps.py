@@ -142,7 +142,7 @@ LONG = {"jkr-region-without-neck", "mdr-adhesion-fades"}  # seconds; their scene
 )
 def test_script_shows_it_with_lammps_alone(path, tmp_path):
     done = subprocess.run([LMP, "-in", str(ROOT / path), "-log", "none"], cwd=tmp_path,
-                          capture_output=True, text=True, timeout=60, check=False)  # fmt: skip
+                          capture_output=True, text=True, timeout=300, check=False)  # fmt: skip
     line = next(line for line in done.stdout.splitlines() if ": expected" in line)
     words = line.replace(",", "").split()
     expected, found = (float(words[words.index(word) + 1]) for word in ("expected", "found"))

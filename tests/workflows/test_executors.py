@@ -109,8 +109,8 @@ class Cluster:
         self.workers = [self._start("worker", *options) for _ in range(2)]
         from distributed import Client
 
-        with Client(scheduler_file=str(self.file), timeout=60, set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=60)
+        with Client(scheduler_file=str(self.file), timeout=300, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=300)
             self.address = client.scheduler.address
 
     def _start(self, name, *options):
@@ -148,7 +148,7 @@ def kept_runs():
     return sum(entry.label[0] == "run" for entry in contents(cache_place().path))
 
 
-def wait_for(condition, seconds=60):
+def wait_for(condition, seconds=300):  # only a hang takes as long, on a busy machine too
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline

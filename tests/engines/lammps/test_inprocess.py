@@ -165,7 +165,7 @@ def test_workers_and_their_files_end_with_the_harness(tmp_path, way):
     if way == "kill":
         owner.kill()
     owner.communicate(b"close")
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 120
     while time.monotonic() < deadline and (any(tmp_path.iterdir()) or working_below(tmp_path)):
         time.sleep(0.1)
     assert list(tmp_path.iterdir()) == []
