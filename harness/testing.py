@@ -13,9 +13,9 @@ from unittest import SkipTest
 import numpy as np
 
 from harness.engines.base import Engine, Job, Output, Template, scene_job
-from harness.engines.programs import ProgramEngine
 from harness.engines.registry import engine_class
-from harness.engines.scene_tables import motion_in
+from harness.engines.scenes import motion_in
+from harness.engines.scripts import ProgramEngine
 from harness.errors import RequestError
 from harness.model.law import Law
 from harness.model.motion import Motion

@@ -11,7 +11,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from harness.engines.jobs import cores
+from harness.engines.process import cores
 from harness.files import cache_place
 
 INPUTS = Path(__file__).parent.parent / "inputs"

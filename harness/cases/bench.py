@@ -14,8 +14,8 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.base import SCENE, Engine, Job, Output
-from harness.engines.output import Provenance
-from harness.engines.scene_tables import motion_in, motion_tables
+from harness.engines.output import Provenance, motion_tables
+from harness.engines.scenes import motion_in
 from harness.errors import EngineError
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from typing import TypeVar
 from harness.cases.base import LEVELS, Case, CaseError, Check, Level, Value
 from harness.cases.bench import Bench
 from harness.engines.base import Engine
-from harness.engines.jobs import cores, parallel_map
+from harness.engines.process import cores, parallel_map
 from harness.errors import (
     EngineError,
     EngineInputError,

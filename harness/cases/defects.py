@@ -17,7 +17,7 @@ from harness.cases.base import Check
 from harness.cases.bench import Bench
 from harness.cases.checks import Explain, row_in
 from harness.engines.base import Job
-from harness.engines.jobs import cores, parallel_map
+from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, Unsupported
 from harness.model.motion import Motion
 from harness.results.defects import KnownDefect, Motions, Trial, error_defect, explanation

@@ -32,8 +32,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from harness.engines.jobs import cores, in_batches
 from harness.engines.output import Output, Provenance
+from harness.engines.process import cores, in_batches
 from harness.errors import (
     FULL,
     EngineError,
@@ -277,7 +277,7 @@ class Engine(ABC):
 
     def run_scenes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the motions of jobs with scenes as outputs, in order."""
-        from harness.engines.scene_tables import motion_tables
+        from harness.engines.output import motion_tables
 
         started, provenance = time.monotonic(), self.identify()
         motions = self.motions(jobs)

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from harness.engines.base import Job, Value, Values
-from harness.engines.jobs import Batches, dealt
 from harness.engines.output import Output
 from harness.engines.process import (
     FAULTS,
     OUT_OF_MEMORY,
+    Batches,
     Ended,
+    dealt,
     death,
     last_words,
     signal_of,

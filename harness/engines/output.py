@@ -20,11 +20,22 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from harness.model.motion import Motion
+    from harness.model.scene import Scene
+
 # numpy is imported where arrays are made: a kept verification is answered without it
 Table: TypeAlias = "Mapping[str, NDArray[np.float64]]"
 """Columns by names that end in the unit (``x_m``), each (M,), or (M, N) for N particles."""
 
-SERIES = "series"  # the table of samples
+SERIES, STAGES = "series", "stages"  # the tables of samples, and of the stages of a path
+COLUMNS = {  # of the parts of a motion
+    "position": ("x_m", "y_m", "z_m"),
+    "velocity": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
+    "angular_velocity": ("wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"),
+    "force": ("fx_N", "fy_N", "fz_N"),
+    "torque": ("tx_N_m", "ty_N_m", "tz_N_m"),
+}
+TEMPERATURE = "temperature_K"
 CLOCKS = ("time_s", "step")  # columns that rise from row to row
 ROUNDING = 1e-12  # relative, of a number printed with 15 digits
 LONGEST = 80  # characters of a value that a message repeats
@@ -217,6 +228,33 @@ def _check_table(name: str, table: Any) -> None:
         lengths.add(len(values))
     if len(lengths) > 1:
         raise TypeError(f"table {name!r} has columns of several lengths: {sorted(lengths)}")
+
+
+# ---- motions as tables: ``series`` of all bodies, ``stages`` of the first one, each (K,)
+
+
+def motion_tables(motion: Motion, scene: Scene, *, sampled: bool = True) -> dict[str, Table]:
+    """Return the tables of a motion; without samples where they are not wanted."""
+    from harness.model.motion import STAGE_COLUMNS
+
+    tables = {SERIES: motion_table(motion, scene)} if sampled else {}
+    if motion.stages is not None:
+        tables[STAGES] = dict(zip(STAGE_COLUMNS, motion.stages.T, strict=True))
+    return tables
+
+
+def motion_table(motion: Motion, scene: Scene) -> Table:
+    """Return the samples of a motion as columns, (M,) and (M, N)."""
+    import numpy as np
+
+    steps = scene.every * np.arange(len(motion), dtype=np.float64)
+    table = {"step": steps, "time_s": motion.time}
+    for part, names in COLUMNS.items():
+        table |= zip(names, np.moveaxis(getattr(motion, part), 2, 0), strict=True)
+    return table if motion.temperature is None else {**table, TEMPERATURE: motion.temperature}
+
+
+# ---- files of tables
 
 
 def read_csv(text: str, program: str) -> Table:

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from harness import __version__
 from harness.engines.base import Engine, Job, Traits
-from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import Provenance
+from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, EngineMemoryError, EngineTimeoutError, RequestError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The engines: those of this package, those of others, how to open one by name, with which options.
+"""Names of engines, of their options and of programs: what they open.
 
 Another package names its engines under the entry point ``dem_harness.engines``; ``module:Class`` is
 an engine's name as well, for a try.
@@ -7,8 +7,11 @@ an engine's name as well, for a try.
 from __future__ import annotations
 
 import inspect
+import shlex
+import shutil
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -17,7 +20,6 @@ from typing import Annotated, Any, get_args, get_type_hints
 
 from harness.engines.base import ContractError, Engine, contract
 from harness.engines.process import Limits
-from harness.engines.programs import find_program
 from harness.errors import EngineMissingError, RequestError
 
 ENGINES: dict[str, str] = {  # imported when one is opened: none pays for another's imports
@@ -243,3 +245,52 @@ def check_options(
             raise RequestError(f"{word}: goes with {option} {name} only")
     for name, path in programs.items():
         find_program(f"program {name}", path)
+
+
+# ---- programs by name
+
+
+def find_program(option: str, name: str) -> str:
+    """Return the absolute path of a program, on PATH or next to this Python.
+
+    Raise RequestError naming the option, such as ``lmp`` or ``program NAME=``.
+    """
+    path = shutil.which(name) or shutil.which(name, path=str(Path(sys.executable).parent))
+    if path is None:
+        option += "" if option.endswith("=") else " "
+        raise RequestError(
+            f"--{option}{name!r}: no such executable; give a path, or a name found on PATH"
+        )
+    return str(Path(path).absolute())
+
+
+def program_of_python(name: str) -> str:
+    """Return the path of a program next to this Python, else its name, to be found on PATH."""
+    path = Path(sys.executable).with_name(name)
+    return str(path) if path.exists() else name
+
+
+def program_words(option: str, command: str) -> list[str]:
+    """Return the words of a command: the absolute path of its program, then its arguments.
+
+    A file that exists, or a name on PATH, is taken whole, blanks included. Raise RequestError for
+    a command that cannot be split into words, or whose program is not there.
+    """
+    with suppress(RequestError):
+        return [find_program(option, command)]
+    try:
+        program, *arguments = shlex.split(command) or [""]
+    except ValueError as error:
+        raise RequestError(f"--{option} {command!r} cannot be read: {error}") from None
+    return [find_program(option, program), *arguments]
+
+
+def launcher_of(ranks: int, program: str | None = None) -> str:
+    """Return a command that starts ranks of MPI: of the program's installation, else on PATH.
+
+    Another MPI's launcher would start as many runs of one rank. Without a program that is a path,
+    the installation is that of this Python.
+    """
+    path = program if program and Path(program).name != program else sys.executable
+    mpirun = Path(path).with_name("mpirun")
+    return f"{shlex.quote(str(mpirun)) if mpirun.exists() else 'mpirun'} -n {ranks}"

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from harness.engines.lammps_language import error_of
 from harness.engines.process import Limits, Processes, fresh_folder, text_of
-from harness.engines.programs import program_words
+from harness.engines.registry import program_words
 from harness.errors import EngineNaNError, EngineOutputError, RequestError
 
 Floats = NDArray[np.float64]

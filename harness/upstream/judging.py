@@ -23,9 +23,8 @@ import numpy as np
 import pandas as pd
 
 from harness.cases.checks import failed_run
-from harness.engines.jobs import cores, parallel_map
-from harness.engines.process import Limits
-from harness.engines.programs import find_program, program_of_python
+from harness.engines.process import Limits, cores, parallel_map
+from harness.engines.registry import find_program, program_of_python
 from harness.errors import EngineError, EngineInputError, RequestError
 from harness.model.motion import Motion
 from harness.model.scene import Scene

@@ -14,9 +14,8 @@ from harness.cases.base import Case, Value
 from harness.cases.bench import Bench
 from harness.cases.registry import get_case
 from harness.engines.base import PARTICLES, Engine, Output, Traits, job_seconds
-from harness.engines.output import Provenance
+from harness.engines.output import Provenance, motion_tables
 from harness.engines.registry import DEFAULT, engine_class, engine_names
-from harness.engines.scene_tables import motion_tables
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.report.notebook import Summarized

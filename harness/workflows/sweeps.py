@@ -20,7 +20,7 @@ from harness.cases.base import Case, Value
 from harness.cases.bench import Bench
 from harness.cases.registry import ALL, get_case
 from harness.engines.base import Engine, Job
-from harness.engines.jobs import cores, parallel_each
+from harness.engines.process import cores, parallel_each
 from harness.engines.registry import engine_class
 from harness.errors import (
     EngineError,

@@ -36,7 +36,7 @@ from harness.cases.registry import (
     usable_cases,
 )
 from harness.engines.base import Engine, job_seconds
-from harness.engines.jobs import parallel_each
+from harness.engines.process import parallel_each
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import EngineError, EngineMissingError, HarnessError, RequestError, Unsupported
 from harness.report.content import Section

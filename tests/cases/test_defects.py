@@ -10,8 +10,7 @@ from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
 from harness.cases.defects import explained
 from harness.engines.base import scene_job
-from harness.engines.output import SERIES, Output, Provenance
-from harness.engines.scene_tables import motion_table
+from harness.engines.output import SERIES, Output, Provenance, motion_table
 from harness.errors import EngineCrashError
 from harness.model.conventions import Faults, Rules
 from harness.results.defects import KnownDefect

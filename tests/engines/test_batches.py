@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.engines.jobs import Batches, dealt, in_batches, parallel_map
-from harness.engines.process import Limits
+from harness.engines.process import Batches, Limits, dealt, in_batches, parallel_map
 from harness.errors import EngineCrashError, EngineNaNError, EngineOutputError, EngineTimeoutError
 
 CODE = """

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from harness.engines.base import Job, Template, scene_job
-from harness.engines.output import SERIES, Output
+from harness.engines.output import SERIES, STAGES, Output
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
-from harness.engines.scene_tables import STAGES, motion_in
+from harness.engines.scenes import motion_in
 from harness.errors import (
     EngineMemoryError,
     EngineNaNError,

@@ -12,7 +12,7 @@ import pytest
 from harness.engines.base import scene_job
 from harness.engines.kratos.engine import FAULTS, Kratos
 from harness.engines.liggghts.engine import SAMPLES, Liggghts
-from harness.engines.scene_files import PARTS, read_motion
+from harness.engines.scenes import PARTS, read_motion
 from harness.engines.yade.engine import Yade
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.scene import Scene, Stage, Wall, sphere

@@ -10,7 +10,7 @@ from harness.engines.base import Job, Template, Traits, scene_job
 from harness.engines.output import Output, Provenance
 from harness.engines.process import Limits
 from harness.engines.registry import ENGINES, engine_class
-from harness.engines.scene_tables import motion_in
+from harness.engines.scenes import motion_in
 from harness.engines.scripts import ScriptedEngine
 from harness.errors import EngineError, RequestError
 from harness.model.conventions import Rules

@@ -13,7 +13,7 @@ from harness.cases.base import Case, Check, Quantity, Value
 from harness.engines.base import Engine, scene_job
 from harness.engines.output import SERIES
 from harness.engines.reference import Reference
-from harness.engines.scene_tables import motion_in
+from harness.engines.scenes import motion_in
 from harness.errors import EngineCrashError, EngineMissingError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import Law

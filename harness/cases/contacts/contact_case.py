@@ -21,9 +21,9 @@ from harness.cases.checks import REASON, ROUND_OFF, runs_at, with_step_error
 from harness.cases.contacts import tables
 from harness.cases.contacts.parameters import ContactSystem
 from harness.engines.base import Engine, Job, Output, scene_job
-from harness.engines.jobs import cores, parallel_map
 from harness.engines.output import SERIES
-from harness.engines.scene_tables import motion_in
+from harness.engines.process import cores, parallel_map
+from harness.engines.scenes import motion_in
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.model.conventions import Rules
 from harness.model.motion import Motion

@@ -26,9 +26,8 @@ from harness.cases.incline.runs import Run, read
 from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
 from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
 from harness.engines.base import Job, Output
-from harness.engines.jobs import cores, parallel_map
-from harness.engines.output import Provenance
-from harness.engines.scene_tables import motion_tables
+from harness.engines.output import Provenance, motion_tables
+from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, Unsupported
 from harness.model.base import Parameters
 from harness.model.contact import PLASTIC

@@ -50,9 +50,8 @@ from harness.cases.incline.system import job_of as incline_job
 from harness.cases.incline.system import values_of as incline_values
 from harness.cases.plane import path_in
 from harness.engines.base import Engine, Job, Output, Template
-from harness.engines.jobs import cores, parallel_map
-from harness.engines.output import Provenance
-from harness.engines.scene_tables import STAGES
+from harness.engines.output import STAGES, Provenance
+from harness.engines.process import cores, parallel_map
 from harness.errors import EngineOutputError
 from harness.model.allowed import allowed_in
 from harness.model.base import ZERO

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from harness.cases.incline.system import Incline, OverRow, Route, end_of, margin, overlaps, wells_of
 from harness.cases.plane import COLUMNS
 from harness.engines.base import Output
-from harness.engines.scene_tables import STAGES
+from harness.engines.output import STAGES
 from harness.errors import EngineOutputError
 from harness.model.scene import LOOK
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.base import Job, Traits
-from harness.engines.jobs import Batches, dealt
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
 from harness.engines.lammps.workers import DEFORMABLE, InProcess
 from harness.engines.lammps_language import (
@@ -24,8 +23,8 @@ from harness.engines.lammps_language import (
     version_in,
 )
 from harness.engines.output import Output, Provenance, read_dump, release_of
-from harness.engines.process import Limits, first_words, text_of, way_of_death
-from harness.engines.programs import find_program, launcher_of, program_of_python, program_words
+from harness.engines.process import Batches, Limits, dealt, first_words, text_of, way_of_death
+from harness.engines.registry import find_program, launcher_of, program_of_python, program_words
 from harness.engines.scripts import Task
 from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
@@ -249,7 +248,7 @@ class Lammps(LammpsLanguage):
         for one that is not finite.
         """
         from harness.engines.lammps.scene_script import SAMPLES
-        from harness.engines.scene_tables import motion_of_table
+        from harness.engines.scenes import motion_of_table
 
         motion = motion_of_table(
             self.title, scene, read_dump(text_of(folder / SAMPLES), self.title)

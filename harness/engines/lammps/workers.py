@@ -23,7 +23,6 @@ from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any
 
-from harness.engines.jobs import parallel_map
 from harness.engines.lammps_language import (
     LammpsLanguage,
     check_log,
@@ -37,6 +36,7 @@ from harness.engines.process import (
     fresh_folder,
     last_text,
     one_thread,
+    parallel_map,
     text_of,
     with_limits,
 )

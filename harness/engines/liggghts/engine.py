@@ -22,8 +22,7 @@ from harness.engines.base import Job, Traits
 from harness.engines.lammps_language import LammpsLanguage
 from harness.engines.output import Provenance, read_dump
 from harness.engines.process import first_words, text_of
-from harness.engines.programs import program_files
-from harness.engines.scene_files import (
+from harness.engines.scenes import (
     check_omitted_pairs,
     check_scene,
     check_stated,
@@ -31,11 +30,11 @@ from harness.engines.scene_files import (
     contact_mass,
     damping_of,
     kind,
+    motion_of_table,
     partners,
     room,
 )
-from harness.engines.scene_tables import motion_of_table
-from harness.engines.scripts import Task, rendered
+from harness.engines.scripts import Task, program_files, rendered
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from harness.engines.base import Job, Traits
-from harness.engines.jobs import parallel_map
 from harness.engines.mfix.scenes import (
     KEYWORDS,
     Scheme,
@@ -25,9 +24,16 @@ from harness.engines.mfix.scenes import (
     system_of,
 )
 from harness.engines.output import Provenance
-from harness.engines.process import Ended, Limits, first_words, fresh_folder, way_of_death
-from harness.engines.programs import ProgramEngine, program_files
-from harness.engines.scene_tables import decided
+from harness.engines.process import (
+    Ended,
+    Limits,
+    first_words,
+    fresh_folder,
+    parallel_map,
+    way_of_death,
+)
+from harness.engines.scenes import decided
+from harness.engines.scripts import ProgramEngine, program_files
 from harness.errors import (
     EngineError,
     EngineInputError,

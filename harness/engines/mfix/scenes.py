@@ -21,14 +21,14 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from harness.engines.scene_files import (
+from harness.engines.scenes import (
     check_scene,
     check_words,
     contact_mass,
     partners,
     refuse_any,
+    stages_of,
 )
-from harness.engines.scene_tables import stages_of
 from harness.engines.scripts import rendered
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.conventions import Rules

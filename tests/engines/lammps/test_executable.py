@@ -11,7 +11,7 @@ from harness.cases.drop import CASE
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps_language import error_of
 from harness.engines.process import Ended
-from harness.engines.programs import program_words
+from harness.engines.registry import program_words
 from harness.errors import EngineMissingError, RequestError
 from harness.results.rows import Kind, Row, Tolerance, Verdict
 

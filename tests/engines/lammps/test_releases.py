@@ -19,9 +19,8 @@ from harness.engines.lammps.releases import (
     is_release,
 )
 from harness.engines.process import drop
-from harness.engines.programs import digest, program_of_python
-from harness.engines.registry import fingerprint_of
-from harness.engines.scripts import Script, Task
+from harness.engines.registry import fingerprint_of, program_of_python
+from harness.engines.scripts import Script, Task, digest
 from harness.errors import EngineError, EngineMissingError, EngineTimeoutError, RequestError
 from harness.model.motion import Motion
 

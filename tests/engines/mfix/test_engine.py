@@ -7,7 +7,7 @@ from harness.engines.base import scene_job
 from harness.engines.mfix.engine import Mfix
 from harness.engines.output import Output
 from harness.engines.registry import open_engine
-from harness.engines.scene_tables import motion_in
+from harness.engines.scenes import motion_in
 from harness.errors import (
     EngineCrashError,
     EngineInputError,

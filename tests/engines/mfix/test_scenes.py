@@ -16,7 +16,7 @@ from harness.engines.mfix.scenes import (
     rules,
     system_of,
 )
-from harness.engines.scene_tables import decided, stages_of
+from harness.engines.scenes import decided, stages_of
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.law import Law, damping_ratio
 from harness.model.scene import Stage

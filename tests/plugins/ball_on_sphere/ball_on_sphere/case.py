@@ -7,7 +7,7 @@ from pydantic import Field
 from harness.cases.base import Case, Check, Quantity
 from harness.cases.checks import equal_steps_checks
 from harness.engines.base import scene_job
-from harness.engines.scene_tables import motion_in
+from harness.engines.scenes import motion_in
 from harness.model.base import Parameters
 from harness.model.law import Law, damping_ratio
 from harness.model.scene import Body, Scene

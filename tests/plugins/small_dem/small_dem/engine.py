@@ -5,7 +5,7 @@ import numpy as np
 
 from harness.engines.base import Engine, Traits
 from harness.engines.output import Provenance
-from harness.engines.scene_tables import decided, stages_of
+from harness.engines.scenes import decided, stages_of
 from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.motion import Motion
