@@ -5,7 +5,7 @@ To make such an engine, subclass :class:`ScriptedEngine` next to a folder ``temp
 
 - ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
   that is there is taken), ``extension`` of script files, ``options`` of the program;
-- ``ask_version``: who the program is, from :meth:`~harness.engines.programs.ProgramEngine.ask`.
+- ``ask_version``: who the program is, from :meth:`ProgramEngine.ask`.
 
 A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
 last. By default it has a dictionary ``PARAMETERS``, takes the runs of a batch from a JSON list and
