@@ -24,9 +24,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-import os
 import re
-import subprocess
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -59,7 +57,7 @@ from harness.engines.process import (
     fresh_folder,
     text_of,
 )
-from harness.engines.registry import find_program
+from harness.engines.registry import ENVIRONMENT, facts, find_program
 from harness.errors import (
     EngineError,
     EngineMissingError,
@@ -74,10 +72,7 @@ if TYPE_CHECKING:
 
     from harness.model.motion import Motion
 
-ASK_SECONDS, LOADER_SECONDS = 60.0, 10.0
-# variables that decide which code runs, and likewise in a program that imports modules
-ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
-OF_PYTHON = (*ENVIRONMENT, "PYTHONPATH", "PYTHONHOME", "PYTHONUSERBASE")
+ASK_SECONDS = 60.0
 Folder = Traversable | Path
 RUNS = "runs.json"
 SHARED = Path(__file__).with_name("templates")  # what templates of several engines include
@@ -526,80 +521,3 @@ def _environment(folders: tuple[Folder, ...]) -> Environment:
         loader=FunctionLoader(source), undefined=StrictUndefined, autoescape=False,
         trim_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
-
-
-# ---- programs by content
-
-
-def facts(
-    engine: str,
-    how: str,
-    files: Sequence[Path],
-    environment: Sequence[str] = ENVIRONMENT,
-    options: Mapping[str, str] | None = None,
-) -> dict[str, Any]:
-    """Return the identity of an engine, JSON-ready, by the contents of its files, program first.
-
-    ``options`` are those of the engine that no job has and that decide a result.
-    """
-    return {
-        "engine": engine,
-        "how": how,
-        "program": str(files[0]),
-        "files": sorted({f"{digest(path)} {path.name}" for path in files}),
-        "options": dict(options or {}),
-        "environment": {name: os.environ[name] for name in environment if name in os.environ},
-    }
-
-
-def tree_files(folder: Path) -> list[Path]:
-    """Return the files below a folder, in order, but for byte code, which follows from them."""
-    paths = (path for path in folder.rglob("*") if "__pycache__" not in path.parts)
-    return sorted(path for path in paths if path.is_file())
-
-
-def program_files(program: Path) -> list[Path]:
-    """Return a program and all that the loader gives it; nothing for a script."""
-    with program.open("rb") as stream:
-        is_script = stream.read(2) == b"#!"
-    libraries = [] if is_script else with_libraries(program.resolve())
-    return [program, *libraries] if libraries else []
-
-
-@cache  # the fingerprint of an engine is needed with every batch of runs
-def with_libraries(program: Path, *more: Path) -> list[Path]:
-    """Return a program or library, what the loader gives it, and ``more``; nothing on failure."""
-    done = ask_program(["ldd", str(program)], LOADER_SECONDS)
-    if done is None:
-        return []
-    if done.returncode != 0 and "not a dynamic executable" not in done.stderr + done.stdout:
-        return []
-    # as in "libm.so.6 => /lib/libm.so.6 (0x7f...)"
-    lines = [line.split() for line in done.stdout.splitlines()]
-    paths = [Path(next((w for w in words if w.startswith("/")), "")) for words in lines]
-    return [program, *(path for path in paths if path.is_file()), *more]
-
-
-def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedProcess[str] | None:
-    """Return the output and exit status of a program within so many seconds of wall time.
-
-    None where it cannot be started or takes longer. It has no input.
-    """
-    with suppress(OSError, subprocess.TimeoutExpired):
-        return subprocess.run(
-            words,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="surrogateescape",  # as in the names of files
-            timeout=seconds,
-            check=False,
-        )
-    return None
-
-
-@cache
-def digest(path: Path) -> str:
-    """Return the BLAKE2 digest of a file, half the time of SHA-256 for 40 MB of library."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, lambda: hashlib.blake2b(digest_size=32)).hexdigest()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines import scripts
+from harness.engines import registry
 from harness.engines.kratos.engine import Kratos
 from harness.engines.mfix.engine import Mfix
 from harness.engines.yade.engine import Yade
@@ -52,7 +52,7 @@ def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypat
     more = (monkeypatch,) if name == "kratos" else ()
     kind, options, file = globals()[name](tmp_path, *more)
     # read again as by another command
-    monkeypatch.setattr(scripts, "digest", scripts.digest.__wrapped__)
+    monkeypatch.setattr(registry, "digest", registry.digest.__wrapped__)
     before = kind(**options).fingerprint()
     assert before is not None
     assert before == kind(**options).fingerprint()

@@ -22,6 +22,7 @@ from harness.engines.base import Traits
 from harness.engines.output import Provenance
 from harness.engines.process import FAULTS as FATAL_SIGNALS
 from harness.engines.process import Ended, last_words, signal_of
+from harness.engines.registry import OF_PYTHON, ask_program, program_files, tree_files
 from harness.engines.scenes import (
     SceneFileEngine,
     check_scene,
@@ -34,7 +35,7 @@ from harness.engines.scenes import (
     refuse_any,
     room,
 )
-from harness.engines.scripts import ASK_SECONDS, OF_PYTHON, ask_program, program_files, tree_files
+from harness.engines.scripts import ASK_SECONDS
 from harness.errors import (
     EngineError,
     EngineInputError,

@@ -23,8 +23,15 @@ from typing import Any
 
 from harness.engines.lammps.workers import LIBRARIES, find_mpi
 from harness.engines.process import COMPLETE, MADE, USED, environments_folder, locked
-from harness.engines.registry import find_program, program_of_python, program_words
-from harness.engines.scripts import ENVIRONMENT, facts, program_files, with_libraries
+from harness.engines.registry import (
+    ENVIRONMENT,
+    facts,
+    find_program,
+    program_files,
+    program_of_python,
+    program_words,
+    with_libraries,
+)
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
 
 VARIABLES = (*ENVIRONMENT, "LAMMPS_PLUGIN_PATH")  # of the environment, that decide which code runs

@@ -22,6 +22,7 @@ from harness.engines.base import Job, Traits
 from harness.engines.lammps_language import LammpsLanguage
 from harness.engines.output import Provenance, read_dump
 from harness.engines.process import first_words, text_of
+from harness.engines.registry import program_files
 from harness.engines.scenes import (
     check_omitted_pairs,
     check_scene,
@@ -34,7 +35,7 @@ from harness.engines.scenes import (
     partners,
     room,
 )
-from harness.engines.scripts import Task, program_files, rendered
+from harness.engines.scripts import Task, rendered
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law

@@ -32,8 +32,9 @@ from harness.engines.process import (
     parallel_map,
     way_of_death,
 )
+from harness.engines.registry import program_files
 from harness.engines.scenes import decided
-from harness.engines.scripts import ProgramEngine, program_files
+from harness.engines.scripts import ProgramEngine
 from harness.errors import (
     EngineError,
     EngineInputError,

@@ -20,6 +20,7 @@ from typing import Any
 from harness.engines.base import Traits
 from harness.engines.output import Provenance
 from harness.engines.process import first_text, first_words
+from harness.engines.registry import OF_PYTHON, program_files, tree_files, with_libraries
 from harness.engines.scenes import (
     SceneFileEngine,
     check_scene,
@@ -31,7 +32,6 @@ from harness.engines.scenes import (
     partners,
     refuse_any,
 )
-from harness.engines.scripts import OF_PYTHON, program_files, tree_files, with_libraries
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import damping_ratio

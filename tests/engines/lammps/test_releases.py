@@ -19,8 +19,8 @@ from harness.engines.lammps.releases import (
     is_release,
 )
 from harness.engines.process import drop
-from harness.engines.registry import fingerprint_of, program_of_python
-from harness.engines.scripts import Script, Task, digest
+from harness.engines.registry import digest, fingerprint_of, program_of_python
+from harness.engines.scripts import Script, Task
 from harness.errors import EngineError, EngineMissingError, EngineTimeoutError, RequestError
 from harness.model.motion import Motion
 
