@@ -18,8 +18,7 @@ from harness.engines.scenes import motion_in
 from harness.engines.scripts import ProgramEngine
 from harness.errors import RequestError
 from harness.model.law import Law
-from harness.model.motion import Motion
-from harness.model.scene import Body, Scene, Wall, sphere
+from harness.model.scene import Body, Motion, Scene, Wall, sphere
 from harness.solvers import reference
 
 TOLERANCE = 1e-9  # of the largest value: equal steps differ by round-off, mostly by 1e-13

@@ -9,7 +9,7 @@ from harness.cases.incline.columns import Columns, scene_of
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
 from harness.solvers import hard_sphere, reference
-from harness.solvers.chain import columns
+from harness.solvers.chain_stepped import run_columns
 from tests.solvers.reference.scenes import HERTZ, HOOKE, on_row, resting
 
 
@@ -30,7 +30,7 @@ def _rigid():
 
 
 def _columns():
-    columns.run(scene_of(Columns(n=1, stiffness=1e4)), 1)
+    run_columns(scene_of(Columns(n=1, stiffness=1e4)), 1)
 
 
 SETS = {"chain": _chain, "reference": _reference, "rigid": _rigid, "columns": _columns}

@@ -20,8 +20,7 @@ from harness.errors import EngineError
 
 if TYPE_CHECKING:
     from harness.model.conventions import Rules
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+    from harness.model.scene import Motion, Scene
     from harness.results.rows import Row
 
 Result = TypeVar("Result")

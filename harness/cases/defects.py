@@ -19,7 +19,7 @@ from harness.cases.checks import Explain, row_in
 from harness.engines.base import Job
 from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, Unsupported
-from harness.model.motion import Motion
+from harness.model.scene import Motion
 from harness.results.defects import KnownDefect, Motions, Trial, error_defect, explanation
 from harness.results.rows import NAN, Failure, Kind, Row, Verdict, joined
 from harness.results.switches import passing_rules

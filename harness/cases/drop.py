@@ -24,7 +24,7 @@ from harness.cases.plane import COLUMNS, EqualSpheres, path_in
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.errors import EngineOutputError
 from harness.model.allowed import COUNT, Allowed, allowed_in
-from harness.model.contact import (
+from harness.model.law import (
     PLASTIC,
     SOURCE,
     Contact,
@@ -33,8 +33,7 @@ from harness.model.contact import (
     Tail,
     contact_values,
 )
-from harness.model.motion import Floats
-from harness.model.scene import Body, Scene
+from harness.model.scene import Body, Floats, Scene
 from harness.results.rows import Kind, Tolerance
 from harness.theory.contact import (
     duration_clipped,

@@ -9,7 +9,7 @@ from pydantic import Field
 from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.model.base import Parameters
-from harness.model.contact import PLASTIC, NamedContact
+from harness.model.law import PLASTIC, NamedContact
 
 UNIT_MASS_DENSITY = 6.0 / math.pi  # [kg/m3] gives a sphere of 1 m the mass of 1 kg
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")

@@ -120,7 +120,7 @@ class AngleOptions:
     def system(self) -> Incline:
         """Return the incline; raise RequestError, naming the field, for a wrong value."""
         from harness.cases.incline.system import Incline
-        from harness.model.contact import CONTACTS, Contact
+        from harness.model.law import CONTACTS, Contact
 
         damping = {"restitution": self.restitution, "damping_ratio": self.damping_ratio}
         is_damped = any(value is not None for value in damping.values())

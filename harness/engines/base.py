@@ -46,8 +46,7 @@ from harness.errors import (
 if TYPE_CHECKING:
     from harness.model.allowed import Allowed
     from harness.model.conventions import Rules
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+    from harness.model.scene import Motion, Scene
 
 SCENE_NAME = "contact-scene"
 SCENES_AT_ONCE = 500  # in the first batch of jobs without scripts
@@ -397,7 +396,7 @@ def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _check_outcomes(outcomes: Any, jobs: int) -> None:
-    from harness.model.motion import Motion
+    from harness.model.scene import Motion
 
     if not isinstance(outcomes, list | tuple):
         raise TypeError(f"{type(outcomes).__name__} in place of a list of outcomes")

@@ -35,8 +35,7 @@ from harness.errors import (
 from harness.model.allowed import COUNT, Allowed
 
 if TYPE_CHECKING:
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+    from harness.model.scene import Motion, Scene
 
 SCENE_SCRIPT, SCENE_LOG, DONE = "in.lmp", "log.lammps", "done"  # in the folder of a scene
 # LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+    from harness.model.scene import Motion, Scene
 
 # numpy is imported where arrays are made: a kept verification is answered without it
 Table: TypeAlias = "Mapping[str, NDArray[np.float64]]"
@@ -235,7 +234,7 @@ def _check_table(name: str, table: Any) -> None:
 
 def motion_tables(motion: Motion, scene: Scene, *, sampled: bool = True) -> dict[str, Table]:
     """Return the tables of a motion; without samples where they are not wanted."""
-    from harness.model.motion import STAGE_COLUMNS
+    from harness.model.scene import STAGE_COLUMNS
 
     tables = {SERIES: motion_table(motion, scene)} if sampled else {}
     if motion.stages is not None:

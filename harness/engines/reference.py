@@ -19,8 +19,7 @@ from harness.errors import EngineError, EngineMemoryError, EngineTimeoutError, R
 
 if TYPE_CHECKING:
     from harness.model.conventions import Rules
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+    from harness.model.scene import Motion, Scene
 
 Integrator = Literal["velocity-verlet", "mfix-euler", "mfix-adams-bashforth"]
 DEFAULT: Integrator = "velocity-verlet"

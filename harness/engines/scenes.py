@@ -23,8 +23,7 @@ from harness.engines.scripts import ScriptedEngine
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.base import ZERO
 from harness.model.law import Law
-from harness.model.motion import STAGE_COLUMNS, Floats, Motion
-from harness.model.scene import LOOK, UNBOUNDED, Body, Scene, Wall
+from harness.model.scene import LOOK, STAGE_COLUMNS, UNBOUNDED, Body, Floats, Motion, Scene, Wall
 
 SCENES = "scenes.json"
 PARTS = tuple(COLUMNS)  # of a motion

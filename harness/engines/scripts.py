@@ -70,7 +70,7 @@ from harness.model.allowed import Allowed
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-    from harness.model.motion import Motion
+    from harness.model.scene import Motion
 
 ASK_SECONDS = 60.0
 Folder = Traversable | Path

@@ -1,15 +1,24 @@
-"""Scenes: spheres, walls, laws, gravity, step and samples, in SI units."""
+"""Scenes, in SI units: spheres, walls, laws, gravity and steps; and the motions that they make."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from harness.model.base import ZERO, Direction, Parameters, Positive, Vector
 from harness.model.law import DAMPING, Law
+
+Floats = NDArray[np.float64]
+STAGE_COLUMNS = (
+    "step", "time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s", "wz_rad_per_s",
+)  # fmt: skip
+
 
 Count = Annotated[int, Field(ge=1)]
 Temperature = Annotated[float, Field(ge=0.0, le=1e9)]
@@ -287,6 +296,31 @@ class Scene(Parameters):
                     yield self.law_of(first.type, second.type), first, second
             for wall in {wall.type: wall for wall in self.walls}.values():
                 yield self.law_of(first.type, wall.type), first, None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Samples of a scene's bodies, in SI units.
+
+    ``time`` [s] has the shape (M,), ``position`` [m], ``velocity`` [m/s], ``angular_velocity``
+    [rad/s], ``force`` [N] and ``torque`` [N m] have (M, N, 3), in the order of the bodies. Forces
+    are those of contacts and drag, without weight. ``temperature`` [K] (M, N) is None where no
+    heat flows. An engine that writes no forces leaves NaN. ``stages`` (K, 7) are the start and the
+    end of each stage of a scene with stages, None of another: :data:`STAGE_COLUMNS` of the first
+    body. The samples of a run that is over early end before it is.
+    """
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    angular_velocity: Floats
+    force: Floats
+    torque: Floats
+    temperature: Floats | None = None
+    stages: Floats | None = None
+
+    def __len__(self) -> int:
+        return len(self.time)
 
 
 def effective_mass(first: Body, second: Body | None) -> float:

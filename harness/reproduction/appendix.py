@@ -16,7 +16,7 @@ from harness.reproduction import samples
 from harness.reproduction.background import HALF_DIGIT
 from harness.reproduction.samples import MEDIAN, RADIUS, Floats
 from harness.reproduction.statements import Outcome, Statement, holds
-from harness.solvers.chain import source
+from harness.solvers.chain import compressions_by_sweeps
 from harness.theory.chain import compliance, series_stiffness, static_forces
 
 FIRST_PACKET = 1.5  # [t0] end of the contacts with the neighbour, as printed
@@ -76,7 +76,7 @@ def _eq_a3() -> Outcome:
 @Statement("Appendix A, eqs. (A4) and (A5)",
            "dx_i = c_(i-1,i) + c_(i,i+1), of the first and last one of them", unit="m")  # fmt: skip
 def _eq_a4() -> Outcome:
-    recovered = [source.compressions(c.centres, 2 * RADIUS) for c in samples.touching_chains()]
+    recovered = [compressions_by_sweeps(c.centres, 2 * RADIUS) for c in samples.touching_chains()]
     printed = np.concatenate([np.convolve(c, [1, 1]) for c in recovered])
     return Outcome(np.concatenate([c.deformations for c in samples.touching_chains()]), printed)
 

@@ -16,9 +16,8 @@ from harness.cases.incline.system import Incline, Route
 from harness.cases.tower.impulse import STIFFNESSES, impulse_angles
 from harness.cases.tower.parameters import Tower
 from harness.errors import RequestError
-from harness.model.contact import Contact
 from harness.model.conventions import Rules
-from harness.model.law import damping_ratio
+from harness.model.law import Contact, damping_ratio
 from harness.model.scene import Scene
 from harness.reproduction import samples
 from harness.reproduction.statements import Outcome, Statement, holds

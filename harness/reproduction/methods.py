@@ -18,8 +18,7 @@ from harness.reproduction import samples
 from harness.reproduction.background import HALF_DIGIT
 from harness.reproduction.samples import RADIUS, Particles
 from harness.reproduction.statements import Outcome, Statement, holds
-from harness.solvers.chain import source
-from harness.solvers.chain.contacts import contact_forces
+from harness.solvers.chain import contact_forces, first_boundary
 from harness.theory import chain
 from harness.theory.incline import critical_angle, no_flight_bound, steady_energy
 
@@ -306,7 +305,7 @@ def _eq_16() -> Outcome:
 
     chains = samples.touching_chains()
     values, printed = [c.boundaries[0] for c in chains], [formula(c.centres) for c in chains]
-    right = [source.first_boundary(c.centres, RADIUS) for c in chains]
+    right = [first_boundary(c.centres, RADIUS) for c in chains]
     return Outcome(values, printed, right, "200 chains of 2 to 9 particles, laid out from b_0")
 
 

@@ -18,8 +18,7 @@ from harness.cases.tower.impulse import impulse_angles
 from harness.cases.tower.parameters import Law, Tower
 from harness.cases.tower.runs import TowerRun, solve
 from harness.cases.tower.windows import grain_alone
-from harness.solvers.chain import source
-from harness.solvers.chain.contacts import contact_forces
+from harness.solvers.chain import compressions_by_sweeps, contact_forces
 from harness.theory.chain import compliance
 
 if TYPE_CHECKING:
@@ -96,7 +95,7 @@ def rows(count: int = 500, closest: tuple[float, float] = (0.9, 1.1)) -> tuple[P
 def sweep_difference() -> float:
     """Return the largest difference between sweeps and complementarity over all rows [m]."""
     return max(
-        float(np.abs(source.compressions(row.centres, 2 * RADIUS) - row.compressions).max())
+        float(np.abs(compressions_by_sweeps(row.centres, 2 * RADIUS) - row.compressions).max())
         for row in rows()
     )
 

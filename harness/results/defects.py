@@ -19,8 +19,7 @@ from harness.engines.output import release_of
 from harness.model.base import Parameters
 from harness.model.conventions import Faults, Rules
 from harness.model.law import Law
-from harness.model.motion import Motion
-from harness.model.scene import Scene
+from harness.model.scene import Motion, Scene
 from harness.results.rows import Row
 from harness.results.switches import FITS, check_switch, switched_motion
 

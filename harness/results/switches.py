@@ -20,8 +20,7 @@ from harness.errors import EngineNaNError, RequestError
 from harness.model.base import Parameters, Vector
 from harness.model.conventions import Faults, Rules
 from harness.model.law import COEFFICIENTS, Law
-from harness.model.motion import Motion
-from harness.model.scene import Scene
+from harness.model.scene import Motion, Scene
 
 Reference = Callable[..., Motion | None]  # with the unknown by its name
 Judge = Callable[[Motion], bool]  # whether a run passes against a motion of the reference

@@ -23,8 +23,7 @@ from harness.errors import RequestError
 from harness.model.base import ZERO
 from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law
-from harness.model.motion import Floats
-from harness.model.scene import Body, Scene, effective_mass, effective_radius
+from harness.model.scene import Body, Floats, Scene, effective_mass, effective_radius
 from harness.solvers import mdr, reference
 from harness.solvers.contacts import jkr_radius
 

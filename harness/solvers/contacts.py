@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from harness.model.base import ZERO, Vector
 from harness.model.conventions import Rules
 from harness.model.law import Law
-from harness.model.motion import Floats
-from harness.model.scene import Wall
+from harness.model.scene import Floats, Wall
 from harness.solvers import friction, mdr
 from harness.solvers.friction import Press, Touch, lever
 from harness.solvers.kernels import (
@@ -31,12 +30,20 @@ from harness.solvers.kernels import (
     VELOCITY,
     Records,
     Stages,
+    add,
+    cross,
+    dot,
     inlined,
     kernel,
     look,
+    minus,
+    project,
+    scale,
+    size,
+    store,
+    vector,
     words,
 )  # fmt: skip
-from harness.solvers.vectors import add, cross, dot, minus, project, scale, size, store, vector
 
 Integers = NDArray[np.int64]
 

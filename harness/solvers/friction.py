@@ -16,8 +16,20 @@ import numpy as np
 from harness.model.base import ZERO, Vector
 from harness.model.conventions import Rules
 from harness.model.law import Law
-from harness.solvers.kernels import Records, kernel, words
-from harness.solvers.vectors import add, cross, dot, minus, project, scale, size, store, vector
+from harness.solvers.kernels import (
+    Records,
+    add,
+    cross,
+    dot,
+    kernel,
+    minus,
+    project,
+    scale,
+    size,
+    store,
+    vector,
+    words,
+)
 
 MARSHALL, CONSTANT = words(Law, "twisting")["marshall"], words(Law, "rolling")["constant"]
 STICKING_ONLY = words(Rules, "damping_in_cap")["sticking_only"]

@@ -13,80 +13,10 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from harness.compiled import compiled
 from harness.errors import RequestError
-
-NEVER = np.inf
-MOST_STEPS = 200  # of one root; bisection alone takes half as many
-
-
-# ---- the first root of a polynomial: when a parabola meets a circle
-
-
-@compiled
-def value(coefficients: NDArray[np.float64], t: float) -> float:
-    """Return a polynomial at t; coefficients from the constant on, shape (degree + 1,)."""
-    result = 0.0
-    for k in range(coefficients.size - 1, -1, -1):
-        result = result * t + coefficients[k]
-    return result
-
-
-@compiled
-def roots_within(coefficients: NDArray[np.float64], end: float) -> NDArray[np.float64]:
-    """Return the real roots between 0 and ``end`` at which a polynomial changes its sign, rising.
-
-    Between two neighbouring roots of its derivative a polynomial is monotone and has one root at
-    most, which Newton's method finds inside a bracket. So the roots of the derivatives are found
-    one after the other, from the linear one on.
-    """
-    degree = coefficients.size - 1
-    places = np.array([0.0, end])
-    for order in range(1, degree + 1):
-        times = degree - order
-        polynomial = coefficients[times:].copy()
-        for k in range(polynomial.size):
-            for factor in range(k + 1, k + times + 1):
-                polynomial[k] *= factor
-        roots = np.empty(places.size + 1)
-        roots[0], count = 0.0, 1
-        for k in range(places.size - 1):
-            low, high = places[k], places[k + 1]
-            if value(polynomial, low) * value(polynomial, high) < 0.0:
-                roots[count] = _bracketed_root(polynomial, low, high)
-                count += 1
-        roots[count] = end
-        places = roots[: count + 1].copy()
-    return places[1:-1]
-
-
-@compiled
-def _bracketed_root(polynomial: NDArray[np.float64], low: float, high: float) -> float:
-    """Return the root of a monotone polynomial in a bracket, by Newton's method kept inside it."""
-    slope = polynomial[1:].copy()
-    for k in range(slope.size):
-        slope[k] *= k + 1
-    rising = value(polynomial, high) > 0.0
-    t = 0.5 * (low + high)
-    for _ in range(MOST_STEPS):
-        height = value(polynomial, t)
-        if height == 0.0:
-            return t
-        if (height > 0.0) == rising:
-            high = t
-        else:
-            low = t
-        steepness = value(slope, t)
-        following = t - height / steepness if steepness != 0.0 else low
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        if following in (t, low, high):
-            return following
-        t = following
-    return t
-
+from harness.solvers.kernels import first_root
 
 LOWEST = 0.8  # height over the row below any contact, sqrt(3) / 2: where a flight has ended
 TOUCHING = 1e-13  # gap of a contact, to rounding
@@ -109,22 +39,22 @@ def flight(x: float, y: float, vx: float, vy: float, theta: float, last: int) ->
     turn = min(max(-vx / along, 0.0), longest) if along > 0.0 else 0.0
     far = max(x, x + vx * longest + 0.5 * along * longest**2)
     near = min(x, x + vx * turn + 0.5 * along * turn**2)
-    first, target = NEVER, last
+    first, target = math.inf, last
+    h = longest
     for sphere in range(math.floor(near) - 1, math.ceil(far) + 2):
         rx, ry = x - sphere, y
-        quartic = np.array([
-            rx * rx + ry * ry - 1.0, 2.0 * (rx * vx + ry * vy),
-            vx * vx + vy * vy + rx * along - ry * down, vx * along - vy * down, 0.25,
+        gap = np.array([
+            rx * rx + ry * ry - 1.0, 2.0 * h * (rx * vx + ry * vy),
+            h**2 * (vx * vx + vy * vy + rx * along - ry * down), h**3 * (vx * along - vy * down),
+            0.25 * h**4,
         ])  # fmt: skip
-        if sphere == last:
-            quartic = quartic[1:].copy()  # the contact at the start is no root
-        elif quartic[0] <= TOUCHING and quartic[1] < TOUCHING:
+        touches = sphere == last or gap[0] <= TOUCHING
+        if touches and sphere != last and gap[1] < TOUCHING:
             return 0.0, sphere  # it stands on it, and moves into it or along it
-        slope = quartic[1:] * np.arange(1.0, quartic.size)
-        for t in roots_within(quartic, longest):
-            if t < first and value(slope, t) < 0.0:
-                first, target = t, sphere
-                break
+        gap[1] = max(gap[1], TOUCHING) if touches else gap[1]
+        root = first_root(gap[int(touches) :], 0.0, 1.0)  # the contact at the start is none
+        if root <= 1.0 and h * root < first:
+            first, target = h * root, sphere
     return first, target
 
 

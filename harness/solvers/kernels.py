@@ -5,6 +5,7 @@ At a look, each few steps, the first body may end a stage, or the run.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple, TypeVar, get_args
@@ -12,11 +13,10 @@ from typing import Any, NamedTuple, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from harness.compiled import jit
-from harness.model.base import Parameters
+from harness.compiled import compiled, jit
+from harness.model.base import Parameters, Vector
 from harness.model.conventions import Rules
-from harness.model.motion import STAGE_COLUMNS, Floats
-from harness.model.scene import LOOK, Scene
+from harness.model.scene import LOOK, STAGE_COLUMNS, Floats, Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Records = Any  # a record, or an array of records, of a type in harness.solvers.reference or mdr
@@ -43,6 +43,136 @@ def words(kind: type[Parameters], name: str) -> dict[str, int]:
     """Return the words that a field takes, with their numbers in records."""
     allowed = get_args(kind.model_fields[name].annotation)
     return {word: number for number, word in enumerate(allowed) if isinstance(word, str)}
+
+
+# ---- vectors: tuples of three numbers, which stay in registers
+
+
+@kernel
+def vector(values: Floats) -> Vector:
+    """Return an array (3,) as a vector."""
+    return (values[0], values[1], values[2])
+
+
+@kernel
+def store(place: Floats, values: Vector) -> None:
+    """Put a vector in an array (3,)."""
+    place[0], place[1], place[2] = values
+
+
+@kernel
+def add(a: Vector, b: Vector) -> Vector:
+    """Return a + b."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+@kernel
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return a - b."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@kernel
+def scale(factor: float, a: Vector) -> Vector:
+    """Return a vector times a factor."""
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
+@kernel
+def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@kernel
+def size(a: Vector) -> float:
+    """Return the length of a vector."""
+    return math.sqrt(dot(a, a))
+
+
+@kernel
+def project(a: Vector, n: Vector) -> Vector:
+    """Return the part of a vector across the unit vector ``n``."""
+    return minus(a, scale(dot(a, n), n))
+
+
+# ---- the first root of a polynomial
+#
+# In the Bernstein basis a polynomial without a sign change among its coefficients has no root in
+# the interval (Descartes); halving the interval until that is so, always looking at the earlier
+# half first, cannot miss the first root, be it simple, double or one of a close pair (Lane and
+# Riesenfeld 1981).
+
+HALVINGS = 52  # of an interval that may hold a root
+
+
+@compiled
+def first_root(coefficients: Floats, shift: float, until: float) -> float:
+    """Return the first root of ``shift + sum c_j s^j`` in [0, until], or 2 if there is none.
+
+    ``until`` is at most 1. A value that is not positive at 0 counts as a root at 0.
+    """
+    rest = 0.0
+    for j in range(1, coefficients.size):
+        rest += abs(coefficients[j])
+    if coefficients[0] + shift > rest:
+        return 2.0
+    if coefficients[0] + shift <= 0:
+        return 0.0
+    low, depth = 0.0, 0
+    pieces = np.empty((HALVINGS + 2, coefficients.size))
+    widths = np.empty(HALVINGS + 2)
+    _set_bernstein(coefficients, shift, until, pieces[0])
+    widths[0] = 1.0
+    while depth >= 0:
+        now, width = pieces[depth], widths[depth]
+        least = now[0]
+        for j in range(1, now.size):
+            least = min(least, now[j])
+        if least > 0:
+            low += width
+            depth -= 1
+        elif width < 2.0**-HALVINGS or now[0] <= 0:
+            return low * until
+        else:
+            _halve(now, pieces[depth + 1])
+            widths[depth] = widths[depth + 1] = 0.5 * width
+            depth += 1
+    return 2.0
+
+
+@compiled
+def _set_bernstein(coefficients: Floats, shift: float, until: float, result: Floats) -> None:
+    """Set ``result`` to the Bernstein coefficients on [0, until] of a polynomial in powers."""
+    degree = coefficients.size - 1
+    for j in range(degree + 1):  # an assignment of arrays takes numba 2 s longer to compile
+        result[j] = coefficients[j]
+    result[0] += shift
+    # b_k = sum_j C(k,j)/C(degree,j) c_j, by repeated summation
+    power = binomial = 1.0
+    for j in range(1, degree + 1):
+        power *= until
+        binomial *= (degree - j + 1) / j
+        result[j] *= power / binomial
+    for level in range(1, degree + 1):
+        for k in range(degree, level - 1, -1):
+            result[k] += result[k - 1]
+
+
+@compiled
+def _halve(now: Floats, half: Floats) -> None:
+    """Split at the middle (de Casteljau): ``half`` takes the first half, ``now`` the second."""
+    degree = now.size - 1
+    for level in range(degree + 1):
+        half[level] = now[0]
+        for k in range(degree - level):
+            now[k] = 0.5 * (now[k] + now[k + 1])
 
 
 # ---- stages

@@ -24,8 +24,7 @@ from harness.errors import EngineNaNError
 from harness.model.base import Parameters
 from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law, damping_ratio
-from harness.model.motion import Floats, Motion
-from harness.model.scene import Body, Scene, Wall
+from harness.model.scene import Body, Floats, Motion, Scene, Wall
 from harness.solvers import contacts, kernels, mdr
 from harness.solvers.contacts import System
 from harness.solvers.kernels import FORCE, PARTS, SPIN, TORQUE, VELOCITY

@@ -26,8 +26,7 @@ from harness.cases.checks import failed_run
 from harness.engines.process import Limits, cores, parallel_map
 from harness.engines.registry import find_program, program_of_python
 from harness.errors import EngineError, EngineInputError, RequestError
-from harness.model.motion import Motion
-from harness.model.scene import Scene
+from harness.model.scene import Motion, Scene
 from harness.report.content import Section, Table
 from harness.results.defects import KnownDefect, Trial
 from harness.results.rows import (

@@ -15,7 +15,7 @@ from harness.engines.registry import engine_title
 from harness.errors import HarnessError, RequestError
 from harness.files import Writer
 from harness.model.base import unit
-from harness.model.motion import Floats
+from harness.model.scene import Floats
 from harness.report.style import Figure, axis, house_style, label
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ import pytest
 from harness.cases.tower.impulse import impulse_angles
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import chain_of
-from harness.solvers.chain import stepped
-from harness.solvers.chain.motion import STABILITY, highest_frequency
+from harness.solvers import chain_stepped
+from harness.solvers.chain import STABILITY, highest_frequency
 
 pytestmark = pytest.mark.benchmark
 
@@ -24,7 +24,7 @@ def seconds(particles, law, steps):
     chain = chain_of(Tower(height=particles - 1, law=law))
     begin = time.process_time()
     step = min(STEP, 0.5 * STABILITY["rk4"] / highest_frequency(chain))
-    stepped.run(chain, steps * step, step * (1 + 1e-9), samples=1)
+    chain_stepped.run(chain, steps * step, step * (1 + 1e-9), samples=1)
     return time.process_time() - begin
 
 

@@ -13,7 +13,7 @@ from harness.cases.drop import CASE, Drop, contacts, restitution, scene_of
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, RequestError, Unsupported
-from harness.model.contact import PLASTIC, Contact
+from harness.model.law import PLASTIC, Contact
 from harness.model.scene import Scene
 from harness.results.rows import Verdict
 from harness.solvers import reference

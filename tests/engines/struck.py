@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from harness.model.motion import Motion
-from harness.model.scene import Scene, sphere
+from harness.model.scene import Motion, Scene, sphere
 from harness.solvers import reference
 from tests.solvers.reference.scenes import FLOOR, LINEAR, MASS, RHO, R, contact_time, difference
 

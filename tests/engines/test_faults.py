@@ -22,7 +22,7 @@ from harness.errors import (
     EngineTimeoutError,
     RequestError,
 )
-from harness.model.contact import PLASTIC
+from harness.model.law import PLASTIC
 
 PLAYER = Path(__file__).parent / "player.py"
 CODES = ("lammps", "liggghts", "yade", "kratos")

@@ -5,8 +5,7 @@ import math
 import pytest
 
 from harness.errors import RequestError
-from harness.model.contact import CLIPPED, PLASTIC, SOURCE, Contact, contact_values
-from harness.model.law import Law
+from harness.model.law import CLIPPED, PLASTIC, SOURCE, Contact, Law, contact_values
 
 
 def test_damping_of_the_named_contacts():

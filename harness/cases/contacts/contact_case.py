@@ -26,8 +26,7 @@ from harness.engines.process import cores, parallel_map
 from harness.engines.scenes import motion_in
 from harness.errors import EngineNaNError, EngineOutputError
 from harness.model.conventions import Rules
-from harness.model.motion import Motion
-from harness.model.scene import Scene
+from harness.model.scene import Motion, Scene
 from harness.report.content import Discs, Section
 from harness.results.rows import Kind, Tolerance
 from harness.solvers import reference

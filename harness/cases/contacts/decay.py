@@ -15,8 +15,7 @@ from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem, Duration, Gravity, quarters, ratios
 from harness.errors import EngineOutputError
 from harness.model.base import ZERO
-from harness.model.motion import Motion
-from harness.model.scene import Scene, Segment
+from harness.model.scene import Motion, Scene, Segment
 from harness.theory.contact import conductance, cooling_rate, dragged
 
 Temperature = Annotated[float, Field(ge=0.0, le=1e9)]

@@ -14,8 +14,7 @@ from harness.cases.base import Quantity
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem, Gravity, Speed
 from harness.model.base import ZERO, Vector
-from harness.model.motion import Floats, Motion
-from harness.model.scene import Scene
+from harness.model.scene import Floats, Motion, Scene
 from harness.solvers.contact_time import before, contact_time, yield_time
 from harness.theory import contact
 

@@ -32,8 +32,7 @@ from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed
 from harness.engines.base import Engine, Job, scene_job
 from harness.errors import EngineError
 from harness.model.base import Vector
-from harness.model.motion import Floats, Motion
-from harness.model.scene import Scene
+from harness.model.scene import Floats, Motion, Scene
 from harness.report.content import Drawing, Section
 from harness.results.rows import Kind, Tolerance
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio

@@ -18,8 +18,7 @@ from harness.cases.base import Quantity
 from harness.errors import RequestError
 from harness.model.base import ZERO, Vector, unit
 from harness.model.law import Law
-from harness.model.motion import Motion
-from harness.model.scene import Body, Scene, Wall, sphere
+from harness.model.scene import Body, Motion, Scene, Wall, sphere
 from harness.theory import contact
 
 Partner = Literal["wall", "sphere", "frozen"]

@@ -22,8 +22,7 @@ from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import overlap_and_rate
 from harness.cases.contacts.parameters import ContactSystem, Speed
 from harness.model.base import ZERO, Vector
-from harness.model.motion import Floats, Motion
-from harness.model.scene import Scene, Segment
+from harness.model.scene import Floats, Motion, Scene, Segment
 from harness.theory import contact
 from harness.theory.contact import limited_forces
 

@@ -26,8 +26,7 @@ from harness.cases.contacts.parameters import (
     ratios,
 )
 from harness.model.base import ZERO, Vector
-from harness.model.motion import Floats, Motion
-from harness.model.scene import Scene
+from harness.model.scene import Floats, Motion, Scene
 from harness.theory.contact import (
     against_constant_torque,
     down_an_incline,

@@ -11,8 +11,7 @@ from pydantic import Field
 from harness.cases.base import Quantity
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import ContactSystem, Density, Duration
-from harness.model.motion import Motion
-from harness.model.scene import Scene, Wall, sphere
+from harness.model.scene import Motion, Scene, Wall, sphere
 
 Offset = Annotated[float, Field(ge=-0.1, le=0.1)]  # as far as the squeeze may go
 

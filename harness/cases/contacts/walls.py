@@ -21,8 +21,7 @@ from harness.cases.contacts.parameters import Radius, Speed, ratios
 from harness.cases.contacts.resting import Resting
 from harness.errors import RequestError
 from harness.model.base import Vector
-from harness.model.motion import Floats, Motion
-from harness.model.scene import Scene, Wall
+from harness.model.scene import Floats, Motion, Scene, Wall
 from harness.theory.contact import driven
 
 EDGE = 1e-30  # [m] radius of an edge: none

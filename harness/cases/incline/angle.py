@@ -30,7 +30,7 @@ from harness.engines.output import Provenance, motion_tables
 from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, Unsupported
 from harness.model.base import Parameters
-from harness.model.contact import PLASTIC
+from harness.model.law import PLASTIC
 from harness.report.notebook import Plottable
 from harness.report.text import power, value_text
 from harness.results.series import Limit, limit

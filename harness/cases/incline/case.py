@@ -19,7 +19,7 @@ from harness.cases.incline.system import Incline, Route, expected_steps, job_of,
 from harness.engines.base import Engine, Job, Output
 from harness.errors import RequestError
 from harness.model.base import Parameters
-from harness.model.contact import CONTACTS, PLASTIC, SOURCE
+from harness.model.law import CONTACTS, PLASTIC, SOURCE
 from harness.theory.incline import kept_speed, passage_margin
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from harness.cases.incline.system import Incline, Route, friction_text, job_of, 
 from harness.cases.plane import COLUMNS, path_in
 from harness.engines.base import Engine, Job
 from harness.errors import EngineMissingError, Unsupported
-from harness.model.contact import CLIPPED, PLASTIC, SOURCE
+from harness.model.law import CLIPPED, PLASTIC, SOURCE
 from harness.report.text import power
 from harness.results.rows import Kind, Level, Tolerance
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND as SHOCK

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from harness.cases.incline.system import SPEED_AFTER_SHOCK, Incline, settled_before
 from harness.errors import RequestError
-from harness.model.contact import Contact
+from harness.model.law import Contact
 from harness.report.notebook import Summarized
 from harness.theory import incline, incline_coulomb
 from harness.theory.chain import (

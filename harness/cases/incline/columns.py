@@ -55,10 +55,9 @@ from harness.engines.process import cores, parallel_map
 from harness.errors import EngineOutputError
 from harness.model.allowed import allowed_in
 from harness.model.base import ZERO
-from harness.model.contact import CONTACTS, SOURCE
+from harness.model.law import CONTACTS, SOURCE
 from harness.model.law import Law as ContactLaw
-from harness.model.motion import STAGE_COLUMNS
-from harness.model.scene import Body, Scene, Stage
+from harness.model.scene import STAGE_COLUMNS, Body, Scene, Stage
 from harness.results.rows import Kind, Tolerance
 from harness.theory.chain import LAWS, Law, compliance
 from harness.theory.incline import critical_angle as rigid_angle
@@ -361,9 +360,9 @@ def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") ->
     scene = scene_of(case, route)
     if not case.deformable:
         return read_run(case, route, bench.reference_output(scene))
-    from harness.solvers.chain import columns
+    from harness.solvers.chain_stepped import run_columns
 
-    stages = dict(zip(STAGE_COLUMNS, columns.run(scene, case.n).T, strict=True))
+    stages = dict(zip(STAGE_COLUMNS, run_columns(scene, case.n).T, strict=True))
     return read_run(case, route, Output((), CHAIN, {STAGES: stages}, title="the chain solver"))
 
 

@@ -32,7 +32,7 @@ from harness.cases.incline.system import Incline
 from harness.cases.plane import path_in
 from harness.engines.base import Job, Output
 from harness.errors import EngineError
-from harness.model.contact import CLIPPED, PLASTIC
+from harness.model.law import CLIPPED, PLASTIC
 from harness.report.content import Discs, Drawing, Opening, Section
 from harness.theory.incline import INERTIA, STATIC_ANGLE_DEG, critical_angle, rolling_friction
 

@@ -22,15 +22,15 @@ from pydantic import Field, model_validator
 from harness.cases.plane import EqualSpheres
 from harness.engines.base import Job, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
-from harness.model.contact import (
+from harness.model.law import (
     CLIPPED,
     PLASTIC,
     SOURCE,
     Contact,
+    Law,
     NamedContact,
     contact_values,
 )
-from harness.model.law import Law
 from harness.model.scene import Body, Scene, Stage
 from harness.theory.incline import INERTIA, Shape
 from harness.theory.incline_coulomb import Grain, smallest_size_ratio

@@ -25,7 +25,7 @@ from harness.cases.layers.packing import (
 from harness.engines.base import Engine
 from harness.engines.output import Output
 from harness.errors import EngineOutputError, EngineUndecidedError
-from harness.model.contact import PLASTIC
+from harness.model.law import PLASTIC
 from harness.results.rows import Kind, Tolerance
 from harness.theory.incline import critical_angle
 

@@ -20,7 +20,7 @@ from harness.engines.base import Job, Template, Value
 from harness.errors import EngineLostAtomsError
 from harness.model.allowed import Allowed, allowed_in, descriptions
 from harness.model.base import Parameters
-from harness.model.contact import Contact, NamedContact, contact_values
+from harness.model.law import Contact, NamedContact, contact_values
 
 Floats = NDArray[np.float64]
 CLIPPED_CONTACT = Contact(name="e = 0.1, clipped", restitution=0.1, tail="clipped")

@@ -27,9 +27,9 @@ from harness.cases.tower.windows import (
 )
 from harness.engines.base import Engine
 from harness.errors import EngineOutputError
+from harness.model.scene import Floats
 from harness.results.rows import Kind, Tolerance
 from harness.results.series import first_divergence
-from harness.solvers.chain.motion import Floats
 from harness.theory.chain import DETACHMENT_TAU, Reading, grain_velocity
 
 HEIGHTS: dict[int, Level] = {1: "quick", 2: "quick", 3: "default", 10: "default"}

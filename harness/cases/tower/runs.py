@@ -17,13 +17,12 @@ from harness.engines.output import Provenance
 from harness.errors import EngineNaNError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
-from harness.model.scene import Body, Scene
+from harness.model.scene import Body, Floats, Scene
 from harness.report.notebook import Plottable
-from harness.solvers.chain.motion import (
+from harness.solvers.chain import (
     STABILITY,
     Chain,
     ChainMotion,
-    Floats,
     Scheme,
     compliance,
     highest_frequency,
@@ -144,7 +143,7 @@ def solve(
 
     ``samples`` is how many to keep; about 1000 per t0 unless given, fewer of over 3333 particles.
     """
-    from harness.solvers.chain import exact, stepped
+    from harness.solvers import chain_exact, chain_stepped
 
     if solver not in SOLVERS:
         raise RequestError(f"solver = {solver!r}: must be one of {', '.join(SOLVERS)}")
@@ -157,14 +156,14 @@ def solve(
             raise RequestError(
                 f"steps_per_contact = {steps_per_contact}: the exact solver has no step"
             )
-        motion = exact.run(chain, seconds, samples=samples, progress=progress)
+        motion = chain_exact.run(chain, seconds, samples=samples, progress=progress)
     else:
         scheme = SCHEMES[solver]
         if steps_per_contact is None:
             steps = max(STEPS[scheme], 2.0 * _fewest_steps(chain, case, scheme))
         else:
             steps = _stable_steps(chain, case, scheme, steps_per_contact)
-        motion = stepped.run(
+        motion = chain_stepped.run(
             chain, seconds, case.contact_period / steps, samples=samples, scheme=scheme,
             progress=progress,
         )  # fmt: skip

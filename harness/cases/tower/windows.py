@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from harness.cases.tower.parameters import SEARCH
 from harness.cases.tower.runs import TowerRun
 from harness.errors import RequestError
-from harness.solvers.chain.motion import Floats
+from harness.model.scene import Floats
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline

@@ -32,8 +32,7 @@ from harness.files import processes_with_room
 if TYPE_CHECKING:
     from harness.engines.lammps.scene_script import Variation
     from harness.model.conventions import Rules
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+    from harness.model.scene import Motion, Scene
 
 BATCH = ("-in", "batch.in", "-log", "none", "-screen", "none")
 # ranks of MPICH that wait sleep after so many looks: where there are more ranks than cores, four

@@ -39,8 +39,7 @@ from harness.engines.scripts import Task, rendered
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law
-from harness.model.motion import Motion
-from harness.model.scene import LOOK, Body, Scene, Segment, effective_radius
+from harness.model.scene import LOOK, Body, Motion, Scene, Segment, effective_radius
 
 MODEL = "hooke/stiffness"  # the one normal model whose spring and dashpot can be given
 TEMPLATES = Path(__file__).with_name("templates")

@@ -45,8 +45,7 @@ from harness.errors import (
 
 if TYPE_CHECKING:
     from harness.model.conventions import Rules
-    from harness.model.motion import Motion
-    from harness.model.scene import Scene
+    from harness.model.scene import Motion, Scene
 
 REFUSAL = re.compile(r"(?im)^.*\berror \d+:.*$|^ *(?:Illegal|Invalid|Required input)\b.*$")
 STRETCHES = (8.0, 32.0, 128.0, 512.0)  # [sqrt(d/g)] to run first: MFiX cannot stop early

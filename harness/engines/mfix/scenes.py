@@ -32,8 +32,7 @@ from harness.engines.scenes import (
 from harness.engines.scripts import rendered
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.conventions import Rules
-from harness.model.motion import Floats, Motion
-from harness.model.scene import LOOK, Scene
+from harness.model.scene import LOOK, Floats, Motion, Scene
 
 KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"  # the names that MFiX looks for
 TEMPLATES = resources.files(__package__).joinpath("templates")

@@ -17,7 +17,7 @@ from harness.cases.incline.closed_form import (
 from harness.cases.incline.system import Incline
 from harness.engines.reference import Reference
 from harness.errors import RequestError
-from harness.model.contact import CLIPPED, SOURCE, Contact
+from harness.model.law import CLIPPED, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as by_events
 from harness.theory.incline_coulomb import FRICTIONLESS, INTEGRATED, ROLLING
 

@@ -26,8 +26,7 @@ from harness.cases.tower.impulse import source_angles
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
 from harness.results.rows import Verdict
-from harness.solvers import reference
-from harness.solvers.chain import columns as chain_columns
+from harness.solvers import chain_stepped, reference
 from harness.theory.chain import LAWS
 from harness.theory.incline import critical_angle as rigid_angle
 from tests.engine_doubles import Twin
@@ -80,7 +79,7 @@ def test_both_laws_are_one_for_columns_of_one_and_differ_above(inside):
     """The chain's program and the reference share no code: of one particle they are equal."""
     for n, equal in ((1, True), (2, False)):
         case = Columns(n=n, stiffness=1e4, angle=10.6, inside=inside)
-        stages = chain_columns.run(scene_of(case), n)
+        stages = chain_stepped.run_columns(scene_of(case), n)
         found = reference.run(scene_of(case)).stages
         assert bool(np.abs(stages - found).max() < 1e-11) is equal
 

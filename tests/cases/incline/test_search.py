@@ -20,7 +20,7 @@ from harness.cases.incline.search import by_passage, by_steady_motion, prepared
 from harness.cases.incline.system import Incline
 from harness.engines.reference import Reference
 from harness.errors import EngineCrashError, EngineOutputError, RequestError
-from harness.model.contact import PLASTIC, SOURCE, Contact
+from harness.model.law import PLASTIC, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as by_events
 from harness.theory.incline import critical_angle as closed_form
 from tests.cases.incline.doubles import EnergyMap

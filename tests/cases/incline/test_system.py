@@ -19,7 +19,7 @@ from harness.cases.incline.system import (
     start_of,
 )
 from harness.errors import RequestError
-from harness.model.contact import CONTACTS, PLASTIC, Contact
+from harness.model.law import CONTACTS, PLASTIC, Contact
 from harness.theory import incline as theory
 
 ROUGH = {"contact": PLASTIC, "steps_per_contact": 100.0, "friction": 0.5}

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.engines.lammps.deformable import DeformableLaw
-from harness.solvers.chain.contacts import contact_forces
+from harness.solvers.chain import contact_forces
 
 STIFFNESS, DIAMETER = 1e6, 1.0
 LAMMPS = SimpleNamespace(numpy=SimpleNamespace(extract_atom=lambda _: np.zeros((9, 3))))

@@ -22,7 +22,7 @@ from harness.engines.process import drop
 from harness.engines.registry import digest, fingerprint_of, program_of_python
 from harness.engines.scripts import Script, Task
 from harness.errors import EngineError, EngineMissingError, EngineTimeoutError, RequestError
-from harness.model.motion import Motion
+from harness.model.scene import Motion
 
 NAME = "2024.8.29.3.0"
 

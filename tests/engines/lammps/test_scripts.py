@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from harness.cases.drop import TEMPLATE, Drop, values_of
 from harness.engines.lammps.engine import Lammps
-from harness.model.contact import Contact
+from harness.model.law import Contact
 
 SCRIPT = Lammps.script(TEMPLATE)
 TEXT = "\n".join(li for li in SCRIPT.text.splitlines() if li and not li.startswith("#"))

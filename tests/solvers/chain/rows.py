@@ -2,8 +2,8 @@
 
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import chain_of
-from harness.solvers.chain import exact, stepped
-from harness.solvers.chain.motion import STABILITY, highest_frequency
+from harness.solvers import chain_exact, chain_stepped
+from harness.solvers.chain import STABILITY, highest_frequency
 
 LAWS = ("overlap", "deformable")
 
@@ -11,7 +11,7 @@ LAWS = ("overlap", "deformable")
 def by_modes(case, duration, samples=None, **options):
     """Run a tower for ``duration`` [t0] by the exact propagator."""
     count = samples or max(1, round(1000 * duration))
-    return exact.run(chain_of(case), duration * case.contact_time, samples=count, **options)
+    return chain_exact.run(chain_of(case), duration * case.contact_time, samples=count, **options)
 
 
 def by_steps(case, duration, steps_per_contact=4000.0, samples=None, **options):
@@ -20,7 +20,7 @@ def by_steps(case, duration, steps_per_contact=4000.0, samples=None, **options):
     step = case.contact_period / steps_per_contact
     step = min(step, 0.5 * STABILITY[options.get("scheme", "rk4")] / highest_frequency(chain))
     count = samples or max(1, round(1000 * duration))
-    return stepped.run(chain, duration * case.contact_time, step, samples=count, **options)
+    return chain_stepped.run(chain, duration * case.contact_time, step, samples=count, **options)
 
 
 def drift(run):

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from harness.errors import RequestError
-from harness.solvers.chain import contacts, source
-from harness.solvers.chain.contacts import contact_forces, forces_of_overlaps
-from harness.solvers.chain.motion import compliance
+from harness.solvers import chain
+from harness.solvers.chain import compliance, contact_forces, forces_of_overlaps
 
 EPS = np.finfo(float).eps
 overlaps = st.integers(1, 30).flatmap(
@@ -60,7 +59,7 @@ def test_pivoting_and_the_sweeps_of_the_source_agree_on_five_hundred_configurati
     worst = 0.0
     for count in range(500):
         x = centres(random_overlaps(rng, count % 4, int(rng.integers(1, 40))))
-        apart = np.abs(source.compressions(x, 1.0) - contact_forces(x, 1.0, 1.0)).max()
+        apart = np.abs(chain.compressions_by_sweeps(x, 1.0) - contact_forces(x, 1.0, 1.0)).max()
         assert apart <= rounding(x)
         worst = max(worst, apart)
     assert worst > 0.0  # they do not share their arithmetic
@@ -71,7 +70,7 @@ def test_pivoting_and_the_sweeps_of_the_source_agree_on_five_hundred_configurati
 def test_both_agree_on_awkward_configurations_which_fulfil_the_conditions(overlap):
     x = centres(overlap)
     force = contact_forces(x, 1.0, 1.0)
-    assert source.compressions(x, 1.0) == pytest.approx(force, abs=rounding(x))
+    assert chain.compressions_by_sweeps(x, 1.0) == pytest.approx(force, abs=rounding(x))
     gap = matrix(np.ones(overlap.size), np.full(overlap.size, 0.5)) @ force - overlap
     assert force.min() >= 0.0
     assert gap.min() >= -1e-13
@@ -85,7 +84,7 @@ def test_merging_by_what_overlaps_now_would_be_wrong():
     d = np.array([0.9, 0.6, 1.0]) / 10
     together = np.linalg.solve(matrix(np.ones(3), np.full(3, 0.5)), d)
     assert together[1] < 0.0
-    for solver in (source.compressions, lambda x, d: contact_forces(x, d, 1.0)):
+    for solver in (chain.compressions_by_sweeps, lambda x, d: contact_forces(x, d, 1.0)):
         assert solver(centres(d), 1.0) == pytest.approx([0.09, 0, 0.1], abs=1e-15)
 
 
@@ -99,8 +98,8 @@ def test_against_enumeration_with_unequal_particles_from_any_warm_start(seed, n)
     assert forces_of_overlaps(d, *law) == pytest.approx(expected, abs=1e-9)
     for _ in range(3):
         closed, force, factor = rng.random(n) < 0.5, np.empty(n), np.empty((3, n))
-        contacts.factorise(closed, *law, factor)
-        assert contacts.solve(d, *law, closed, factor, force, 1e-14)
+        chain.factorise(closed, *law, factor)
+        assert chain.solve(d, *law, closed, factor, force, 1e-14)
         assert force == pytest.approx(expected, abs=1e-9)
         assert (closed == (expected > 1e-12)).all()
 
@@ -113,11 +112,11 @@ def test_exchanging_one_by_one_finds_the_same_set(seed, n):
     expected = forces_of_overlaps(d, *law)
     closed, force, factor = np.zeros(n, bool), np.empty(n), np.zeros((3, n))
     for _ in range(1000 * n):
-        contacts.substitute(d, factor, force)
-        wrong = contacts._exchange_wrong(d, *law, force, closed, 1e-15 * n, True)
+        chain.substitute(d, factor, force)
+        wrong = chain._exchange_wrong(d, *law, force, closed, 1e-15 * n, True)
         if not wrong:
             break
-        contacts.factorise(closed, *law, factor)
+        chain.factorise(closed, *law, factor)
     assert np.maximum(force, 0.0) == pytest.approx(expected, abs=1e-12)
 
 
@@ -126,14 +125,14 @@ def test_the_boundary_formula(n):
     c = np.random.default_rng(n).uniform(0.01, 0.1, n - 1)
     half = 0.5 - np.convolve(c, [1, 1]) / 2
     x = np.concatenate(([0], np.cumsum(half[1:] + half[:-1])))
-    assert source.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
-    assert source.boundaries(x, 0.5)[1:] - x == pytest.approx(half, abs=1e-13)
-    assert source.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
+    assert chain.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
+    assert chain.boundaries(x, 0.5)[1:] - x == pytest.approx(half, abs=1e-13)
+    assert chain.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
 
 
 def test_the_overlap_law_and_unequal_pairs_in_closed_form():
     d = np.random.default_rng(3).normal(size=30) * 0.1
-    force = contact_forces(centres(d), 1.0, 5.0, deformable=False)
+    force = forces_of_overlaps(d, *compliance(np.full(31, 5.0), False))
     assert force == pytest.approx(5 * np.maximum(d, 0.0), abs=1e-13)
     pair = contact_forces([0.0, 1.4], [1.0, 2.0], [3.0, 6.0])
     assert pair == pytest.approx([0.1 * 2 * 3 * 6 / 9])
@@ -150,7 +149,9 @@ def test_a_hundred_thousand_contacts_at_once():
     assert np.abs(force * gap).max() < 1e-12
 
 
-@pytest.mark.parametrize("solver", [source.compressions, lambda x, d: contact_forces(x, d, 1.0)])
+@pytest.mark.parametrize(
+    "solver", [chain.compressions_by_sweeps, lambda x, d: contact_forces(x, d, 1.0)]
+)
 @pytest.mark.parametrize("positions", [[0.0, 1.0, 0.5], [0.0, 0.3], [0.0, np.nan]])
 def test_bad_positions(solver, positions):
     with pytest.raises(RequestError, match="at least half"):

@@ -1,6 +1,5 @@
 """Rigid spheres by events, against closed forms and limits of other solvers."""
 
-import itertools
 import math
 
 import numpy as np
@@ -21,22 +20,11 @@ from harness.solvers.hard_sphere import (
     flight,
     follow,
     passage,
-    roots_within,
     slide,
 )
 from harness.theory import incline as theory
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
 from harness.theory.incline import passage_margin
-
-
-@given(st.lists(st.floats(0.02, 0.98), min_size=1, max_size=4, unique=True))
-@settings(deadline=None)  # the kernels are compiled in the first call
-def test_the_roots_of_a_polynomial_are_found_between_those_of_its_derivatives(places):
-    places = sorted(places)
-    if any(b - a < 1e-3 for a, b in itertools.pairwise(places)):
-        return
-    coefficients = np.polynomial.polynomial.polyfromroots(places)
-    assert roots_within(coefficients, 1.0) == pytest.approx(places, abs=1e-9)
 
 
 @given(st.floats(-0.4, 0.4), st.floats(0.01, 1.5), st.floats(0.0, 0.4))

@@ -8,8 +8,7 @@ from harness.engines.output import Provenance
 from harness.engines.scenes import decided, stages_of
 from harness.errors import EngineNaNError, Unsupported
 from harness.model.conventions import Rules
-from harness.model.motion import Motion
-from harness.model.scene import LOOK
+from harness.model.scene import LOOK, Motion
 
 
 @numba.njit(cache=True)

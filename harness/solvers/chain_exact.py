@@ -19,14 +19,23 @@ import numpy as np
 
 from harness.compiled import compiled, shielded
 from harness.errors import RequestError
-from harness.solvers.chain.contacts import factorise, solve, substitute
-from harness.solvers.chain.motion import Chain, ChainMotion, Flags, Floats, Progress
+from harness.model.scene import Floats
+from harness.solvers.chain import (
+    Chain,
+    ChainMotion,
+    Flags,
+    Progress,
+    factorise,
+    find_gap,
+    solve,
+    substitute,
+)
+from harness.solvers.kernels import first_root
 
 MOST_PARTICLES = 5000  # the modes take 8 bytes for each pair of particles
 SLACK = 1e-13  # a contact changes this far below 0 [scale of displacements], above rounding
 ORDER = 22
 REACH = 1.5  # of a Taylor series, in 1 / highest frequency: 1.5^23/23! = 4e-19
-HALVINGS = 52  # of an interval that may hold a root
 TURN_HALVINGS = 60
 SLICE_SECONDS = 0.3  # between two looks for an interrupt
 
@@ -288,12 +297,7 @@ def taylor_series(
             if closed[i]:
                 series[i, order] = chain.diagonal[i] * force[i]
             else:
-                gap = -overlap[i]
-                if i > 0:
-                    gap += chain.coupling[i - 1] * force[i - 1]
-                if i < n - 1:
-                    gap += chain.coupling[i] * force[i + 1]
-                series[i, order] = gap
+                series[i, order] = find_gap(i, overlap[i], chain.coupling, force)
         scale = reach * reach / ((order + 1) * (order + 2))
         for i in range(particles):
             push = force[i - 1] if i > 0 else 0.0
@@ -301,63 +305,3 @@ def taylor_series(
             fall = chain.gravity[i] if order == 0 else 0.0
             now[i] = scale * ((push - pull) * chain.mobility[i] + fall)
     return series
-
-
-@compiled
-def first_root(coefficients: Floats, shift: float, until: float) -> float:
-    """Return the first root of ``shift + sum c_j s^j`` in [0, until], or 2 if there is none.
-
-    ``until`` is at most 1. A value that is not positive at 0 counts as a root at 0.
-    """
-    rest = 0.0
-    for j in range(1, coefficients.size):
-        rest += abs(coefficients[j])
-    if coefficients[0] + shift > rest:
-        return 2.0
-    if coefficients[0] + shift <= 0:
-        return 0.0
-    low, depth = 0.0, 0
-    pieces = np.empty((HALVINGS + 2, coefficients.size))
-    widths = np.empty(HALVINGS + 2)
-    _set_bernstein(coefficients, shift, until, pieces[0])
-    widths[0] = 1.0
-    while depth >= 0:
-        now, width = pieces[depth], widths[depth]
-        if np.min(now) > 0:
-            low += width
-            depth -= 1
-        elif width < 2.0**-HALVINGS or now[0] <= 0:
-            return low * until
-        else:
-            _halve(now, pieces[depth + 1])
-            widths[depth] = widths[depth + 1] = 0.5 * width
-            depth += 1
-    return 2.0
-
-
-@compiled
-def _set_bernstein(coefficients: Floats, shift: float, until: float, result: Floats) -> None:
-    """Set ``result`` to the Bernstein coefficients on [0, until] of a polynomial in powers."""
-    degree = coefficients.size - 1
-    for j in range(degree + 1):  # an assignment of arrays takes numba 2 s longer to compile
-        result[j] = coefficients[j]
-    result[0] += shift
-    # b_k = sum_j C(k,j)/C(degree,j) c_j, by repeated summation
-    power = binomial = 1.0
-    for j in range(1, degree + 1):
-        power *= until
-        binomial *= (degree - j + 1) / j
-        result[j] *= power / binomial
-    for level in range(1, degree + 1):
-        for k in range(degree, level - 1, -1):
-            result[k] += result[k - 1]
-
-
-@compiled
-def _halve(now: Floats, half: Floats) -> None:
-    """Split at the middle (de Casteljau): ``half`` takes the first half, ``now`` the second."""
-    degree = now.size - 1
-    for level in range(degree + 1):
-        half[level] = now[0]
-        for k in range(degree - level):
-            now[k] = 0.5 * (now[k] + now[k + 1])
