@@ -1,8 +1,12 @@
-"""Run checks: exactly one row of each, whatever happens.
+"""Run checks: exactly one row of each, whatever happens; and explain those that fail.
 
 A job that the engine refuses, or a run that ends undecided: not tested, with the reason. An
-engine's error: a failed row with its log. Any other error: a harness error. Failures that are known
-defects of the release are marked where they are judged.
+engine's error: a failed row with its log. Any other error: a harness error.
+
+Rows that share the scenes of their jobs are one run. Where one of them fails, the reference is run
+with the switch of each defect that may act there. The run has a defect where all its rows that are
+compared with other codes hold with the switch. A row without a scene can only have the error of a
+defect, or one that is undetermined.
 """
 
 from __future__ import annotations
@@ -10,8 +14,9 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import TypeVar
 
 from harness.cases.base import LEVELS, Case, CaseError, Check, Level, Value
@@ -30,14 +35,24 @@ from harness.errors import (
     Unsupported,
 )
 from harness.model.base import Parameters
+from harness.results.defects import (
+    NO_MOTION,
+    KnownDefect,
+    Motions,
+    Trial,
+    error_defect,
+    explanation,
+)
 from harness.results.rows import (
     NAN,
     Failure,
     Kind,
     Row,
     Tolerance,
+    Verdict,
     failed,
     finding,
+    joined,
     judge,
     matches,
     not_tested,
@@ -45,9 +60,10 @@ from harness.results.rows import (
 )
 
 P = TypeVar("P", bound=Parameters)
+Key = tuple[str, str, str, str, str]  # of a row
 ROUND_OFF = 1e-9  # of the scale of a quantity
 REASON = "both take the same steps: what differs is round-off, or a fault"
-Explain = Callable[[Bench, Sequence[Check], Sequence[Row]], list[Row]]  # marks known defects
+SEARCH_LIMIT = 100_000  # steps times bodies of a scene beyond which no convention is searched
 FAILURES: tuple[tuple[type[EngineError], Failure], ...] = (
     (EngineTimeoutError, Failure.TIMEOUT),
     (EngineMemoryError, Failure.MEMORY),
@@ -78,9 +94,14 @@ def run_checks(
     bench: Bench,
     *,
     version: str = "",
-    explain: Explain | None = None,
+    defects: Sequence[KnownDefect] | None = None,
 ) -> list[Row]:
-    """Return the row of each check, in order. Raise ValueError for two checks of one key."""
+    """Return the row of each check, in order. Raise ValueError for two checks of one key.
+
+    With known ``defects`` a failing row becomes one of them, or is not tested where that defect is
+    undetermined; a row that passes without a defect of the release is fixed. The note of any other
+    failure names the single conventions under which its run would hold.
+    """
     keys = Counter((check.setup, check.quantity, check.check) for check in checks)
     for key, count in keys.items():
         if count > 1:
@@ -109,7 +130,7 @@ def run_checks(
         return row_in(bench, check, blank)
 
     rows = parallel_map(row_of, range(len(checks)), cores())
-    rows = rows if explain is None else explain(bench, checks, rows)
+    rows = rows if defects is None else _explained(bench, checks, rows, defects)
     bench.rows[case] += rows
     return rows
 
@@ -128,7 +149,7 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
         return failed(blank, Failure.HARNESS, str(error))
     except Exception as error:  # a case of a plug-in may raise anything
         return failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")
-    note = "; ".join(filter(None, (check.note, value.note)))
+    note = joined(check.note, value.note)
     row = replace(
         blank, value=value.value, uncertainty=value.uncertainty, expected=expected, note=note
     )
@@ -146,6 +167,143 @@ def failed_run(blank: Row, error: EngineError, text: str = "") -> Row:
     """Return the row of a run that failed: class of the error, its log and its text, or another."""
     failure = next(failure for kind, failure in FAILURES if isinstance(error, kind))
     return failed(blank, failure, f"{error.kind}: {text or error}", error.log)
+
+
+# ---- failures explained: known defects, defects that are gone, conventions that would pass
+
+
+def _explained(
+    bench: Bench, checks: Sequence[Check], rows: Sequence[Row], defects: Sequence[KnownDefect]
+) -> list[Row]:
+    groups: dict[object, list[int]] = {}  # of a run; a check without a scene is one by itself
+    for place, check in enumerate(checks):
+        scenes = [(j.scene, j.values.get("variation")) for j in check.jobs if j.scene is not None]
+        groups.setdefault(tuple(scenes) or place, []).append(place)
+    runs = []
+    for places in groups.values():
+        of_run = [rows[place] for place in places]
+        alike = {(row.setup, row.check): row for row in of_run}.values()
+        acting = [defect for defect in defects if any(map(defect.concerns, alike))]
+        runs.append(_Run(bench, [checks[place] for place in places], of_run, acting))
+    marked = list(rows)
+    for places, run in zip(groups.values(), parallel_map(_Run.marked, runs, cores()), strict=True):
+        for place, row in zip(places, run, strict=True):
+            marked[place] = row
+    return marked
+
+
+@dataclass(frozen=True)
+class _Run:
+    """The rows of checks that share their scenes, with the defects that may act in one of them."""
+
+    bench: Bench
+    checks: Sequence[Check]
+    rows: Sequence[Row]
+    defects: Sequence[KnownDefect]
+
+    def marked(self) -> list[Row]:
+        failing = [row for row in self.rows if row.verdict is Verdict.FAIL]
+        if not failing:
+            return self._fixed()
+        if dead := [row for row in failing if math.isnan(row.value)]:
+            return self._marked({row.key: error_defect(self.defects, row.note) for row in dead})
+        defect = explanation(self.defects, self.trial) if self.trial else None
+        defect = defect or next((d for d in self.defects if d.undetermined), None)
+        deciding = {row.key: row.quantity for _, row in self.deciding if row in failing}
+        if defect is None:
+            passing = self._passing_rules()
+            return [
+                replace(row, note=joined(row.note, passing)) if row.key in deciding else row
+                for row in self.rows
+            ]
+        # a closed form is missed by a defect where its quantity fails against other codes, too
+        explained = [
+            row
+            for row in failing
+            if row.kind is Kind.CROSS_CODE or not self.trial or row.quantity in deciding.values()
+        ]
+        return self._marked({row.key: defect for row in explained})
+
+    def _marked(self, causes: Mapping[Key, KnownDefect | None]) -> list[Row]:
+        rows = []
+        for row in self.rows:
+            if defect := causes.get(row.key):
+                verdict = Verdict.NOT_TESTED if defect.undetermined else Verdict.KNOWN_DEFECT
+                note = joined(defect.undetermined, defect.note, row.note)
+                row = replace(
+                    row, verdict=verdict, failure=Failure.NONE, defect=defect.name, note=note
+                )
+            rows.append(row)
+        return rows
+
+    def _fixed(self) -> list[Row]:
+        """Mark the rows that show that a defect is gone: its switch would move them."""
+        gone: dict[Key, KnownDefect] = {}
+        for defect in self.defects:
+            gone = dict.fromkeys(self._moved_by(defect), defect) | gone
+        rows = []
+        for row in self.rows:
+            if fixed := gone.get(row.key):
+                note = joined(f"no longer there: {fixed.note}", row.note)
+                row = replace(row, verdict=Verdict.FIXED, defect=fixed.name, note=note)
+            rows.append(row)
+        return rows
+
+    def _moved_by(self, defect: KnownDefect) -> list[Key]:
+        """Return the keys of the rows that fail with a defect."""
+        if self.trial is None or not (defect.error or defect.switched):
+            return []
+        if defect.error:
+            return [row.key for _, row in self.deciding]
+        try:
+            bench = self.bench.substituting(self.trial.motions((defect,)))
+        except NO_MOTION:
+            return []
+        return [row.key for check, row in self.deciding if not _passes(bench, check, row)]
+
+    @cached_property
+    def deciding(self) -> list[tuple[Check, Row]]:
+        """The checks with rows that decide about the run: they are judged against other codes."""
+        pairs = zip(self.checks, self.rows, strict=True)
+        judged = (Verdict.PASS, Verdict.FAIL)
+        return [(c, r) for c, r in pairs if r.kind is Kind.CROSS_CODE and r.verdict in judged]
+
+    @cached_property
+    def trial(self) -> Trial | None:
+        """The run as a trial, None without a scene or a row that decides."""
+        jobs = [job for job in self.checks[0].jobs if job.scene is not None]
+        if not jobs or not self.deciding:
+            return None
+        try:
+            scenes = map(self.bench.engine.scene_of, jobs)
+            rules = {scene: self.bench.rules(scene) for scene in scenes}
+        except Unsupported:
+            return None
+        motion = None
+        if len(rules) == 1:
+            with suppress(EngineError):  # of a job whose output has no samples
+                motion = self.bench.motion(jobs[0])
+        return Trial(rules, self._holds, motion)
+
+    def _holds(self, motions: Motions) -> bool:
+        bench = self.bench.substituting(motions)
+        return all(_passes(bench, check, row) for check, row in self.deciding)
+
+    def _passing_rules(self) -> str:
+        if not self.trial or len(self.trial.rules) != 1:
+            return ""
+        (scene,) = self.trial.rules
+        if scene.steps * len(scene.bodies) > SEARCH_LIMIT:
+            return ""
+        names = self.trial.passing_rules()
+        return f"passes under {', or under '.join(names)}" if names else ""
+
+
+def _passes(bench: Bench, check: Check, row: Row) -> bool:
+    blank = replace(
+        row, value=NAN, uncertainty=0.0, expected=NAN, tolerance=NAN, note="", defect=""
+    )
+    return row_in(bench, check, blank).verdict is Verdict.PASS
 
 
 # ---- checks at equal steps: each quantity of a run against the reference's

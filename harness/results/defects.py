@@ -3,30 +3,38 @@
 A run that fails, and passes against the reference with the switch, has the defect: it is counted,
 never a pass. A run that passes although the switch would move it is free of the defect.
 ``inputs/known-defects.toml`` has the entries.
+
+An entry may give a number by name where it depends on the scene: another coefficient of the scene's
+law, or a value of :data:`VALUES`. The step at which a spring changes its sign, or a torque of
+memory that was never set, cannot be known beforehand: it is taken from the first sample that shows
+it, so that all others remain a test.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from itertools import product
-from typing import Any, Literal, Self
+from itertools import combinations, product
+from typing import Any, Literal, Self, get_args
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from harness.engines.output import release_of
-from harness.model.base import Parameters
+from harness.errors import EngineNaNError, RequestError
+from harness.model.base import Parameters, Vector
 from harness.model.conventions import Faults, Rules
-from harness.model.law import Law
+from harness.model.law import COEFFICIENTS, Law
 from harness.model.scene import Motion, Scene
 from harness.results.rows import Row
-from harness.results.switches import FITS, check_switch, switched_motion
 
-SWITCHES: Mapping[str, type[Parameters]] = {"faults": Faults, "rules": Rules, "law": Law}
 Motions = Mapping[Scene, Motion]
-Holds = Callable[[Motions], bool]
 Patterns = tuple[str, ...]
+NO_MOTION = (RequestError, EngineNaNError)  # of the reference with a switch
+DETECTION_LIMIT = 1e-9  # [-] of the largest value: smaller differences show no unknown
+WINDOWS = 3  # sample intervals with reversals that are fitted, one after the other
 
 
 class KnownDefect(Parameters):
@@ -66,26 +74,22 @@ class KnownDefect(Parameters):
         effects = [self.switched, bool(self.fit), bool(self.error), bool(self.undetermined)]
         if sum(effects) != 1:
             raise ValueError("needs one of faults, rules and law; fit; error; undetermined")
-        for part, kind in SWITCHES.items():
-            check_switch(part, kind, getattr(self, part))
+        Faults(**{k: v for k, v in self.faults.items() if not (isinstance(v, str) and v in VALUES)})
+        Rules(**self.rules)
+        for name, value in self.law.items():  # its other fields are those of the scene's law
+            if name not in Law.model_fields:
+                raise ValueError(f"law.{name}: must be one of {', '.join(Law.model_fields)}")
+            named = [*VALUES, *COEFFICIENTS] if name in COEFFICIENTS else ["mixed_damping"]
+            words = [*filter(None, get_args(Law.model_fields[name].annotation)), *named]
+            if not (isinstance(value, int | float) or value in words):
+                text = ", ".join(word for word in words if isinstance(word, str))
+                raise ValueError(f"law.{name} = {value!r}: must be a number or one of {text}")
         return self
 
     @property
     def switched(self) -> bool:
         """Return whether the reference has a switch of it without an unknown."""
         return bool(self.faults or self.rules or self.law)
-
-    @property
-    def effect(self) -> str:
-        """Return its effect on a run in words."""
-        if self.error:
-            return f"the run ends with “{self.error}”"
-        if self.undetermined:
-            return f"not computed: {self.undetermined}"
-        if self.fit:
-            return f"{self.fit}, fitted on the first sample that shows it; all later ones agree"
-        values = {f"{part}.{k}": v for part in SWITCHES for k, v in getattr(self, part).items()}
-        return ", ".join(name if v is True else f"{name} = {v}" for name, v in values.items())
 
     @property
     def note(self) -> str:
@@ -96,12 +100,14 @@ class KnownDefect(Parameters):
 
     def concerns(self, row: Row) -> bool:
         """Return whether it may act in a row: its case, setup, engine, check and version."""
+        pairs = product(self.laws, self.systems)
+        setups = ["*" if pair == ("*", "*") else ", ".join(pair) for pair in pairs]
         checks = ("*",) if "" in self.variations else self.variations
         return (
             row.engine == self.engine
-            and _any_matches(row.case, self.cases)
-            and _any_matches(row.setup, map(_setup_pattern, product(self.laws, self.systems)))
-            and _any_matches(row.check, checks)
+            and _matches_any(row.case, self.cases)
+            and _matches_any(row.setup, setups)
+            and _matches_any(row.check, checks)
             and self._has_release(row.version)
         )
 
@@ -121,27 +127,52 @@ class Trial:
     """
 
     rules: Mapping[Scene, Rules]
-    holds: Holds
+    holds: Callable[[Motions], bool]
     motion: Motion | None = None
+
+    def motions(self, defects: Sequence[KnownDefect] = (), **fitted: Any) -> Motions:
+        """Return the motions of the reference with defects, the first of which prevail.
+
+        ``fitted`` are more fields of ``faults``. Raise RequestError or EngineNaNError where the
+        reference has no motion.
+        """
+        from harness.solvers import reference  # compiled: slow to import
+
+        motions = {}
+        for scene, rules in self.rules.items():
+            law, changes = _switches("law", defects, scene), _switches("rules", defects, scene)
+            faults = Faults(**_switches("faults", defects, scene), **fitted)
+            altered = _with_law(scene, law) if law else scene
+            motions[scene] = reference.run(altered, rules.replace(**changes), faults)
+        return motions
+
+    def motion_with(self, defects: Sequence[KnownDefect], **fitted: Any) -> Motion | None:
+        """Return :meth:`motions` of its only scene, None where there is none."""
+        try:
+            (motion,) = self.motions(defects, **fitted).values()
+        except NO_MOTION:
+            return None
+        return motion
 
     def holds_with(self, defects: Sequence[KnownDefect], **fitted: Any) -> bool:
         """Return whether all rows pass with the switches of defects."""
-        motions = self.motions(defects, **fitted)
-        return motions is not None and self.holds(motions)
+        try:
+            motions = self.motions(defects, **fitted)
+        except NO_MOTION:
+            return False
+        return self.holds(motions)
 
-    def motions(self, defects: Sequence[KnownDefect], **fitted: Any) -> Motions | None:
-        """Return the motions with defects, the first of which prevail; None where there is none."""
-        changes: dict[str, dict[str, Any]] = {part: {} for part in SWITCHES}
-        for defect in reversed(defects):
-            for part, values in changes.items():
-                values.update(getattr(defect, part))
-        motions = {}
-        for scene, rules in self.rules.items():
-            motion = switched_motion(scene, rules, changes, fitted)
-            if motion is None:
-                return None
-            motions[scene] = motion
-        return motions
+    def passing_rules(self) -> list[str]:
+        """Return the single conventions, as ``wall_lever = height``, under which it would pass."""
+        ((scene, rules),) = self.rules.items()
+        passing = []
+        for name, field in Rules.model_fields.items():
+            words = (True, False) if field.annotation is bool else get_args(field.annotation)
+            for word in words:
+                other = replace(self, rules={scene: rules.replace(**{name: word})})
+                if word != getattr(rules, name) and other.holds_with(()):
+                    passing.append(f"{name} = {word}")
+        return passing
 
 
 def explanation(defects: Sequence[KnownDefect], trial: Trial) -> KnownDefect | None:
@@ -149,7 +180,18 @@ def explanation(defects: Sequence[KnownDefect], trial: Trial) -> KnownDefect | N
 
     Of defects that act together, the first without which the run does not hold is returned.
     """
-    return next(_explanations(defects, trial), None)
+    switched = tuple(defect for defect in defects if defect.switched)
+    groups: list[tuple[KnownDefect, ...]] = [(defect,) for defect in switched]
+    if len(switched) > 1:
+        groups += [switched, *(_without(switched, defect) for defect in switched)]
+    for group in groups:
+        if trial.holds_with(group):
+            needed = [d for d in group if not trial.holds_with(_without(group, d))]
+            return (needed or group)[0]
+    for defect in defects if trial.motion is not None else ():
+        if defect.fit and any(FITS[defect.fit](trial, others) for others in ((), switched)):
+            return defect
+    return None
 
 
 def error_defect(defects: Sequence[KnownDefect], message: str) -> KnownDefect | None:
@@ -157,42 +199,224 @@ def error_defect(defects: Sequence[KnownDefect], message: str) -> KnownDefect | 
     return next((d for d in defects if d.error and d.error in message), None)
 
 
-def _explanations(defects: Sequence[KnownDefect], trial: Trial) -> Iterator[KnownDefect]:
-    switched = tuple(d for d in defects if d.switched)
-    groups: list[tuple[KnownDefect, ...]] = [(d,) for d in switched]
-    if len(switched) > 1:
-        groups += [switched, *(_without(switched, d) for d in switched)]
-    for group in groups:
-        if trial.holds_with(group):
-            needed = [d for d in group if not trial.holds_with(_without(group, d))]
-            yield (needed or group)[0]
-    yield from (d for d in defects if d.fit and _fits(d, switched, trial))
-
-
-def _fits(defect: KnownDefect, switched: Sequence[KnownDefect], trial: Trial) -> bool:
-    """Return whether a run passes with the unknown of a defect, alone or with others."""
-    if trial.motion is None:
-        return False
-    (scene,) = trial.rules
-    fit, observed = FITS[defect.fit], trial.motion
-
-    def run_with(others: Sequence[KnownDefect]) -> Callable[..., Motion | None]:
-        return lambda **fitted: (trial.motions(others, **fitted) or {}).get(scene)
-
-    def holds(motion: Motion) -> bool:
-        return trial.holds({scene: motion})
-
-    return any(fit(run_with(others), scene, observed, holds) for others in ((), switched))
+def _matches_any(name: str, patterns: Iterable[str]) -> bool:
+    return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
 def _without(group: tuple[KnownDefect, ...], other: KnownDefect) -> tuple[KnownDefect, ...]:
     return tuple(defect for defect in group if defect is not other)
 
 
-def _any_matches(name: str, patterns: Any) -> bool:
-    return any(fnmatchcase(name, pattern) for pattern in patterns)
+# ---- values by name. E* and G* are those of Johnson (1985), equations 4.3 and 7.43.
 
 
-def _setup_pattern(parts: tuple[str, str]) -> str:
-    """Return the pattern of "LAW, SYSTEM"; any setup, also of one part, where both are free."""
-    return "*" if parts == ("*", "*") else ", ".join(parts)
+def _switches(part: str, defects: Sequence[KnownDefect], scene: Scene) -> dict[str, Any]:
+    """Return the fields of ``faults``, ``rules`` or ``law`` of defects in a scene."""
+    return {
+        name: _value_in(scene, name, value)
+        for defect in reversed(defects)
+        for name, value in getattr(defect, part).items()
+    }
+
+
+def _value_in(scene: Scene, field: str, value: Any) -> Any:
+    """Return the value of a field in a scene, computed where it is given by name."""
+    if not isinstance(value, str):
+        return value
+    if value in COEFFICIENTS and field in COEFFICIENTS:
+        return getattr(_first_law(scene), value) or 0.0
+    return VALUES[value](scene) if value in VALUES else value
+
+
+def _with_law(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """Return a scene with another law, without the check that its steps resolve the contact."""
+    laws = tuple(entry._replace(law=entry.law.replace(**changes)) for entry in scene.laws)
+    return scene.model_copy(update={"law": scene.law.replace(**changes), "laws": laws})
+
+
+def _first_law(scene: Scene) -> Law:
+    """Return the law between the first two bodies, or the first body and wall."""
+    types = [*(body.type for body in scene.bodies), *(wall.type for wall in scene.walls)]
+    return scene.law_of(*types[:2]) if len(types) > 1 else scene.law
+
+
+def _poisson_ratio(scene: Scene) -> float | None:
+    """Return nu of the one material with E* and G* of both bodies, None without a material."""
+    law = _first_law(scene)
+    current = law.materials is not None and law.interface == "current"
+    return (law.one_material.poisson_ratio or 0.0) if current else None
+
+
+def normal_modulus_factor(scene: Scene) -> float:
+    """Return E / (2 (1 - nu)) over E / (2 (1 - nu^2)) = 1 + nu [-], 1 without a material."""
+    nu = _poisson_ratio(scene)
+    return 1.0 if nu is None else 1.0 + nu
+
+
+def shear_modulus_factor(scene: Scene) -> float:
+    """Return E/4 (2 - nu) (1 + nu) over 8 E/4 / ((2 - nu) (1 + nu)) [-], 1 without a material."""
+    nu = _poisson_ratio(scene)
+    return 1.0 if nu is None else ((2.0 - nu) * (1.0 + nu)) ** 2 / 8.0
+
+
+def mixed_shear_factor(scene: Scene) -> float:
+    """Return the G* [-], over the right one, of two bodies with E = E* and the mixed nu."""
+    law = _first_law(scene)
+    if law.materials is None or law.moduli is None:
+        return 1.0
+    nu = math.sqrt(law.materials[0][1] * law.materials[1][1])
+    return law.moduli[0] / (4.0 * (2.0 - nu) * (1.0 + nu)) / law.moduli[1]
+
+
+def mixed_normal_stiffness(scene: Scene) -> float:
+    """Return the geometric mean of 4/3 E* of both materials, each with itself, as N/m."""
+    materials = _first_law(scene).materials or ((1.0, 0.0),)
+    return math.prod(math.sqrt(2.0 / 3.0 * e / (1.0 - nu * nu)) for e, nu in materials)
+
+
+def mixed_tangential_stiffness(scene: Scene) -> float:
+    """Return the geometric mean of 8 G* of both materials, each with itself, as N/m."""
+    materials = _first_law(scene).materials or ((1.0, 0.0),)
+    return math.prod(math.sqrt(2.0 * e / ((2.0 - nu) * (1.0 + nu))) for e, nu in materials)
+
+
+def mixed_damping(scene: Scene) -> str:
+    """Return the dashpot that takes the coefficient of a dashpot of hertz: that of velocity."""
+    damping = _first_law(scene).damping
+    return "velocity" if damping in ("viscoelastic", "tsuji") else damping
+
+
+def mixed_dashpot(scene: Scene) -> float | None:
+    """Return the coefficient that this dashpot takes, as kg/s: alpha(e) of tsuji, else its own."""
+    from harness.solvers.reference import tsuji  # compiled: slow to import
+
+    law = _first_law(scene)
+    return tsuji(law.restitution or 0.0) if law.damping == "tsuji" else law.damping_coefficient
+
+
+def shear_along_x(scene: Scene) -> Vector:
+    """Return the speed [m/s] of the surface of a cylinder that turns about z, along x."""
+    turning = [-wall.spin[2] * (wall.radius or 0.0) for wall in scene.walls]
+    return (next(filter(None, turning), 0.0), 0.0, 0.0)
+
+
+def thin_skin(scene: Scene) -> float:
+    """Return half of the longest neck of jkr between the smallest bodies [m].
+
+    The neck at the largest tension of equal spheres is a^2 / (3 R*) with
+    a^3 = 9 pi gamma R*^2 / (4 E*) at that tension (Johnson, Kendall and Roberts 1971).
+    """
+    law, radius = _first_law(scene), min(body.radius for body in scene.bodies)
+    if law.normal != "jkr" or law.moduli is None:
+        return 0.01 * radius
+    cube = 9.0 * math.pi * (law.surface_energy or 0.0) * (0.5 * radius) ** 2 / (4.0 * law.moduli[0])
+    return min(0.01 * radius, 0.5 * math.pow(cube, 2.0 / 3.0) / (1.5 * radius))
+
+
+VALUES: Mapping[str, Callable[[Scene], Any]] = {
+    function.__name__: function
+    for function in (
+        normal_modulus_factor, shear_modulus_factor, mixed_shear_factor, mixed_normal_stiffness,
+        mixed_tangential_stiffness, mixed_damping, mixed_dashpot, shear_along_x, thin_skin,
+    )
+}  # fmt: skip
+
+
+# ---- unknowns: whether a run of one scene holds with the one of a defect, next to other defects
+
+
+def _holds_with_setup_torque(trial: Trial, others: Sequence[KnownDefect]) -> bool:
+    """Take the torque of the setup [N m] from the first sample."""
+    plain = trial.motion_with(others)
+    if plain is None or trial.motion is None:
+        return False
+    torque = tuple((trial.motion.torque[0, 0] - plain.torque[0, 0]).tolist())
+    return all(map(math.isfinite, torque)) and trial.holds_with(others, setup_torque=torque)
+
+
+def _holds_with_reversals(trial: Trial, others: Sequence[KnownDefect]) -> bool:
+    """Search the steps at which torsional springs change their sign.
+
+    They are those of the interval before the first sample that differs, then of the next one.
+    Where none fit and the motion is prescribed, each body may have a copy of the spring.
+    """
+    ((scene, _),), observed, plain = trial.rules.items(), trial.motion, trial.motion_with(others)
+    if plain is None or observed is None:
+        return False
+    steps: tuple[int, ...] = ()
+    sample = first_difference(scene, observed, plain)
+    for _ in range(WINDOWS if sample < len(observed) else 0):
+        agreed: dict[tuple[int, ...], int] = {}  # samples, by the steps of the trial
+        for more in _reversals_before(sample, scene):
+            run = trial.motion_with(others, torsion_reversed_at=(*steps, *more))
+            if run is not None and trial.holds({scene: run}):
+                return True
+            if run is not None:
+                agreed[*steps, *more] = first_difference(scene, observed, run)
+        before, sample = sample, max(agreed.values(), default=0)
+        if not before < sample < len(observed):
+            break
+        steps = max(agreed, key=agreed.__getitem__)
+    return bool(scene.segments) and _holds_with_copies(trial, others, plain, observed)
+
+
+def _reversals_before(sample: int, scene: Scene) -> Iterator[tuple[int, ...]]:
+    """Yield steps before a sample: one, or two where a contact goes to a neighbour and back."""
+    window = range(max(1, (sample - 1) * scene.every), sample * scene.every)
+    yield from combinations(window, 1)
+    yield from combinations(window, 2)
+
+
+def _holds_with_copies(
+    trial: Trial, others: Sequence[KnownDefect], plain: Motion, observed: Motion
+) -> bool:
+    """Return whether each sample of each body is that of one of the copies of a spring.
+
+    Of a contact over a boundary both sides compute one, without newton, and each side turns its
+    copy round at a step of its own; where both bodies are on one side again, one copy remains. The
+    others are fitted on the first sample of a body that is not of the first one.
+    """
+    (scene,) = trial.rules
+    copies = [plain]
+    for body in range(len(scene.bodies)):
+        sample = first_difference(scene, observed, plain, body)
+        if sample < len(observed):
+            reversals = _reversals_before(sample, scene)
+            runs = (trial.motion_with(others, torsion_reversed_at=steps) for steps in reversals)
+            solved = [run for run in runs if run is not None]
+            copies.append(max(solved, key=lambda m: first_difference(scene, observed, m, body)))
+    torques = np.stack([copy.torque for copy in copies])  # (copies, samples, bodies, 3)
+    errors = np.abs(torques - observed.torque).max(axis=3)
+    nearest = errors.argmin(axis=0)[None, :, :, None]
+    torque = np.take_along_axis(torques, nearest, axis=0)[0]
+    return trial.holds({scene: replace(plain, torque=torque)})
+
+
+FITS: Mapping[str, Callable[[Trial, Sequence[KnownDefect]], bool]] = {
+    "torsion_reversed_at": _holds_with_reversals,
+    "setup_torque": _holds_with_setup_torque,
+}
+
+
+def first_difference(
+    scene: Scene, observed: Motion, reference: Motion, body: int | None = None
+) -> int:
+    """Return the first sample that differs, of all bodies or one; their number where none does.
+
+    Velocities of a free motion, forces of a prescribed one; angular parts on the scale of the
+    largest radius.
+    """
+    radius = max(body.radius for body in scene.bodies)
+    if scene.segments:
+        parts = {"force": 1.0, "torque": 1.0 / radius}
+    else:
+        parts = {"velocity": 1.0, "angular_velocity": radius}
+    size = max(k * float(np.abs(getattr(reference, name)).max()) for name, k in parts.items())
+    first = len(observed)
+    for name, k in parts.items():
+        difference = k * np.abs(getattr(observed, name) - getattr(reference, name))
+        difference = difference if body is None else difference[:, body]
+        largest = np.nan_to_num(difference).reshape(len(difference), -1).max(axis=1)
+        seen = np.flatnonzero(largest > DETECTION_LIMIT * (size or 1.0))
+        first = min([first, *seen[:1].tolist()])
+    return first

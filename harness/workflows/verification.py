@@ -26,7 +26,6 @@ from harness import __version__
 from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
 from harness.cases.checks import failed_run, run_checks, selected
-from harness.cases.defects import explained
 from harness.cases.registry import (
     ALL,
     QUALIFYING,
@@ -316,9 +315,9 @@ class Session:
 
     def _rows(self, engine: str, case: str, checks: Sequence[Check]) -> list[Row]:
         version, blank = self.versions[engine], self._blank(engine, case)
-        explain = None if engine == OWN else explained(self.defects, version)
+        defects = None if engine == OWN else self.defects
         try:
-            return run_checks(case, checks, self.benches[engine], version=version, explain=explain)
+            return run_checks(case, checks, self.benches[engine], version=version, defects=defects)
         except EngineMissingError as error:
             return [not_tested(blank, str(error))]
         except EngineError as error:

@@ -8,7 +8,6 @@ import pytest
 from harness.cases.base import Check
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.defects import explained
 from harness.engines.base import scene_job
 from harness.engines.output import SERIES, Output, Provenance, motion_table
 from harness.errors import EngineCrashError
@@ -88,8 +87,7 @@ def checks_of(scene, setup):
 def rows_of(engine, defects=(WEAK,), version="2023", scene=TSUJI, setup="hertz, tsuji, wall"):
     bench = Bench(engine)
     checks = checks_of(scene, setup)
-    return run_checks("head-on", checks, bench, version=version,
-                      explain=explained(defects, version))  # fmt: skip
+    return run_checks("head-on", checks, bench, version=version, defects=defects)
 
 
 def verdicts(rows):
@@ -126,8 +124,8 @@ def test_another_size_is_a_failure():
 def test_a_closed_form_that_fails_alone_is_not_explained():
     checks = checks_of(TSUJI, "hertz, tsuji, wall")
     wrong = replace(checks[3], expected=99.0)
-    rows = run_checks("head-on", [*checks[:3], wrong], Bench(Code(TSUJI_FAULT)), version="2023",
-                      explain=explained((WEAK,), "2023"))  # fmt: skip
+    bench = Bench(Code(TSUJI_FAULT))
+    rows = run_checks("head-on", [*checks[:3], wrong], bench, version="2023", defects=(WEAK,))
     assert verdicts(rows) == ["known defect"] * 3 + ["fail"]
 
 
@@ -173,8 +171,7 @@ def test_rows_without_a_scene_have_errors_and_undetermined_defects_alone():
                   tolerance=NARROW)  # fmt: skip
 
     def verdict(*defects):
-        explain = explained(defects, "2023")
-        (row,) = run_checks("silo", [check], Bench(Code()), version="2023", explain=explain)
+        (row,) = run_checks("silo", [check], Bench(Code()), version="2023", defects=defects)
         return row.verdict
 
     assert verdict(WEAK) is Verdict.FAIL
