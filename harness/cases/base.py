@@ -16,6 +16,7 @@ that its search ``varies``, and is measured by ``search``.
 from __future__ import annotations
 
 import functools
+import math
 import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,10 +26,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
+from pydantic import Field
+
 from harness.cases.bench import Bench
 from harness.engines.base import Engine, Job, Output
+from harness.engines.output import Table
 from harness.errors import HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
+from harness.model.law import PLASTIC, NamedContact
 from harness.results.rows import LEVELS, Failure, Kind, Level, Tolerance
 
 if TYPE_CHECKING:
@@ -38,11 +43,7 @@ if TYPE_CHECKING:
 __all__ = ["LEVELS", "Case", "Check", "Level", "Quantity", "Value"]
 
 P = TypeVar("P", bound=Parameters)
-EXPECTED = {
-    "job": "a Job",
-    "measure": "numbers by the names of quantities",
-    "exact": "numbers by the names of quantities",
-}  # results of calls of another package
+GUARDED = {"job", "measure", "exact"}  # calls of a case of another package
 
 
 class Value(NamedTuple):
@@ -123,7 +124,9 @@ class Case(ABC, Generic[P]):
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        guard_calls(cls)
+        if cls.__module__.partition(".")[0] != "harness":
+            for name in GUARDED & vars(cls).keys():
+                setattr(cls, name, _guarded(name, vars(cls)[name]))
 
     @property
     def default(self) -> P:
@@ -232,14 +235,6 @@ class CaseError(RequestError):
     """A call of a case that raises, or returns another type than the contract has."""
 
 
-def guard_calls(kind: type[Any]) -> None:
-    """Guard the calls of a class of another package that are in :data:`EXPECTED`."""
-    if kind.__module__.partition(".")[0] == "harness":
-        return
-    for name in EXPECTED.keys() & vars(kind).keys():
-        setattr(kind, name, _guarded(name, vars(kind)[name]))
-
-
 def case_error(case: Any, call: str, result: str, expected: str) -> CaseError:
     """Return the error of a call in one line: package, case, call, result and expected one."""
     package = type(case).__module__.partition(".")[0]
@@ -248,6 +243,8 @@ def case_error(case: Any, call: str, result: str, expected: str) -> CaseError:
 
 
 def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    expected = "a Job" if name == "job" else "numbers by the names of quantities"
+
     @functools.wraps(call)
     def guarded(self: Any, *arguments: Any, **options: Any) -> Any:
         try:
@@ -258,15 +255,59 @@ def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = " ".join(f"{type(error).__name__}: {error}".split())[:160]
             result = f"raised {text} ({Path(place.filename).name}, line {place.lineno})"
-            raise case_error(self, name, result, EXPECTED[name]) from error
-        if not _is_expected(name, value):
-            raise case_error(self, name, f"returned a {type(value).__name__}", EXPECTED[name])
+            raise case_error(self, name, result, expected) from error
+        if name == "job":
+            is_expected = isinstance(value, Job)
+        else:
+            numbers = value.values() if isinstance(value, Mapping) else [None]
+            is_expected = all(isinstance(number, Real) for number in numbers)
+        if not is_expected:
+            raise case_error(self, name, f"returned a {type(value).__name__}", expected)
         return value
 
     return guarded
 
 
-def _is_expected(name: str, value: Any) -> bool:
-    if name == "job":
-        return isinstance(value, Job)
-    return isinstance(value, Mapping) and all(isinstance(each, Real) for each in value.values())
+# ---- cases of a grain and equal spheres in a plane, with a linear contact
+
+UNIT_MASS_DENSITY = 6.0 / math.pi  # [kg/m3] gives a sphere of 1 m the mass of 1 kg
+COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
+
+
+class EqualSpheres(Parameters):
+    """A grain and spheres of its size, with a linear spring and a dashpot, in SI units."""
+
+    # fmt: off
+    contact: NamedContact = Field(PLASTIC, description="[-] dissipation of the contact")
+    stiffness: float = Field(1e6, gt=0.0, description="[N/m] normal stiffness")
+    steps_per_contact: float = Field(
+        100.0, gt=0.0, le=1e5, description="[-] steps per contact time pi sqrt(m/k)")
+    diameter: float = Field(1.0, gt=0.0, description="[m] diameter of all spheres")
+    density: float = Field(UNIT_MASS_DENSITY, gt=0.0, description="[kg/m3] density of the grain")
+    gravity: float = Field(9.81, gt=0.0, description="[m/s2] acceleration of gravity")
+    # fmt: on
+
+    @property
+    def mass(self) -> float:
+        """Return the grain's mass [kg]."""
+        return self.density * math.pi / 6.0 * self.diameter**3
+
+    @property
+    def contact_time(self) -> float:
+        """Return pi sqrt(m / k) [s], the undamped contact time in which steps are counted."""
+        return math.pi * math.sqrt(self.mass / self.stiffness)
+
+    @property
+    def step(self) -> float:
+        """Return the time step [s]."""
+        return self.contact_time / self.steps_per_contact
+
+
+def path_in(output: Output, rows: int | None = None) -> Table:
+    """Return the path of the grain, which is the first of several bodies, each column (M,).
+
+    Raise EngineOutputError for samples that are missing, and for another number of ``rows``.
+    """
+    table = output.table(COLUMNS, rows)
+    names = [name for name in ("step", *COLUMNS) if name in table]
+    return {n: table[n][:, 0] if table[n].ndim == 2 else table[n] for n in names}

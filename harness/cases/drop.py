@@ -17,10 +17,9 @@ from typing import NamedTuple, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.base import Case, Check, Quantity
+from harness.cases.base import COLUMNS, Case, Check, EqualSpheres, Quantity, path_in
 from harness.cases.bench import Bench
 from harness.cases.checks import ROUND_OFF
-from harness.cases.plane import COLUMNS, EqualSpheres, path_in
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.errors import EngineOutputError
 from harness.model.allowed import COUNT, Allowed, allowed_in

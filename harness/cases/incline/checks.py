@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.cases.base import Check, Value
+from harness.cases.base import COLUMNS, Check, Value, path_in
 from harness.cases.bench import Bench
 from harness.cases.incline.angle import (
     FULL_LADDER,
@@ -30,7 +30,6 @@ from harness.cases.incline.closed_form import rigid_angle
 from harness.cases.incline.runs import read
 from harness.cases.incline.search import first_cases, prepared
 from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
-from harness.cases.plane import COLUMNS, path_in
 from harness.engines.base import Engine, Job
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.law import CLIPPED, PLASTIC, SOURCE

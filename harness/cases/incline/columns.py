@@ -30,7 +30,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from harness import __version__
-from harness.cases.base import Case, Check, Level, Value
+from harness.cases.base import Case, Check, Level, Value, path_in
 from harness.cases.bench import OWN, Bench
 from harness.cases.incline.angle import engine_measure
 from harness.cases.incline.case import CASE as INCLINE
@@ -48,7 +48,6 @@ from harness.cases.incline.system import (
 from harness.cases.incline.system import TEMPLATE as INCLINE_TEMPLATE
 from harness.cases.incline.system import job_of as incline_job
 from harness.cases.incline.system import values_of as incline_values
-from harness.cases.plane import path_in
 from harness.engines.base import Engine, Job, Output, Template
 from harness.engines.output import STAGES, Provenance
 from harness.engines.process import cores, parallel_map

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from harness.cases.base import COLUMNS
 from harness.cases.incline.system import Incline, OverRow, Route, end_of, margin, overlaps, wells_of
-from harness.cases.plane import COLUMNS
 from harness.engines.base import Output
 from harness.engines.output import STAGES
 from harness.errors import EngineOutputError

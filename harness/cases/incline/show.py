@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from harness.cases.base import path_in
 from harness.cases.bench import Bench
 from harness.cases.incline.angle import (
     FULL_LADDER,
@@ -29,7 +30,6 @@ from harness.cases.incline.checks import (
 )
 from harness.cases.incline.closed_form import angle_or_nan, rebound
 from harness.cases.incline.system import Incline
-from harness.cases.plane import path_in
 from harness.engines.base import Job, Output
 from harness.errors import EngineError
 from harness.model.law import CLIPPED, PLASTIC

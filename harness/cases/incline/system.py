@@ -19,7 +19,7 @@ from typing import Any, Literal, Self, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from harness.cases.plane import EqualSpheres
+from harness.cases.base import EqualSpheres
 from harness.engines.base import Job, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import (

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from harness.cases.base import COLUMNS, path_in
 from harness.cases.bench import Bench
 from harness.cases.incline.case import CASE
 from harness.cases.incline.columns import Columns, read_run
 from harness.cases.incline.runs import Fate, read
 from harness.cases.incline.system import Incline
-from harness.cases.plane import COLUMNS, path_in
 from harness.engines.output import Output, Provenance
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
