@@ -202,6 +202,11 @@ class ChainMotion:
         return self.kinetic_energy + self.elastic_energy + self.gravitational_energy
 
     @property
+    def momentum(self) -> Floats:
+        """Return the momentum of all particles (M,) [kg m/s]."""
+        return self.velocities @ self.chain.mass
+
+    @property
     def final_velocity(self) -> Floats:
         """Return the last velocities (N,) [m/s]."""
         return np.asarray(self.velocities[-1])
