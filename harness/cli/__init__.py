@@ -66,7 +66,7 @@ def _status(words: list[str]) -> int:
 def _print_error(message: str, status: int) -> int:
     """Print an error on stderr, and with --json as an object on stdout; return the status."""
     from harness.cli.output import print_json
-    from harness.report.text import printable
+    from harness.report.content import printable
 
     message = printable(message)[:MOST_CHARACTERS]
     with contextlib.suppress(OSError):

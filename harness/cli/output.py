@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.errors import RequestError
-from harness.report.text import one_line
+from harness.report.content import one_line
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -63,7 +63,7 @@ class RunOptions:
         if self.frames is not None and self.film is None:
             raise RequestError(f"--frames {self.frames}: goes with --film only")
         if self.film is not None:
-            from harness.report.film import check_film
+            from harness.report.figures import check_film
 
             check_film(self.film, PICTURES if self.frames is None else self.frames)
 
@@ -125,7 +125,7 @@ def run(
     write_all({("--profile", choice.profile): profile,
                ("--script", choice.script): text_writer(result.script)})  # fmt: skip
     if choice.film is not None and result.discs is not None:
-        from harness.report.film import write_film
+        from harness.report.figures import write_film
 
         write_film(result.discs, choice.film, pictures)
     return opener.answer(result.to_json(), json, lambda _: show(result, False))

@@ -1,21 +1,132 @@
-"""Figures as files: drawings of sections to SVG and PNG, the same bytes for the same content."""
+"""Figures: their look, their files, and films of discs.
+
+Colours differ for colour-blind readers and in grey print; so do line styles and markers. A function
+that draws a figure makes it by :func:`panels`, labels its axes by :func:`label`, and returns it:
+
+    figure = panels(1, 2)
+    left, right = figure.axes
+    left.loglog(steps, errors, MARKERS[0], color=COLOURS[1], label="LAMMPS")
+    label(left, axis("time step", "s"), axis("error", "deg"))
+    legend_below(figure)
+"""
 
 from __future__ import annotations
 
 import io
 import re
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-from urllib.parse import quote
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from subprocess import CalledProcessError
+from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup
+import matplotlib as mpl
+import numpy as np
+from matplotlib import figure as mpl_figure
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.collections import EllipseCollection
+from matplotlib.colors import Normalize
+from matplotlib.ticker import EngFormatter
+from numpy.typing import NDArray
 
-from harness.report.content import Drawing
+from harness.errors import RequestError
+from harness.files import held_folder
 
 if TYPE_CHECKING:
-    from matplotlib import figure as mpl_figure
+    from harness.report.content import Discs
 
-VIEW_BOX = re.compile(r'<svg[^>]*? viewBox="0 0 ([\d.]+) ([\d.]+)"', re.DOTALL)
+Floats = NDArray[np.float64]
+
+# Okabe and Ito (2008), ordered so that neighbours differ in grey too
+BLACK, RED, BLUE, GREEN = "#000000", "#D55E00", "#0072B2", "#009E73"
+PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
+COLOURS = (BLACK, RED, BLUE, GREEN, PURPLE, ORANGE, SKY)
+STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3)))
+MARKERS = ("o", "s", "^", "D", "v", "x")
+FONTS = ("DejaVu Sans", "Verdana")  # the second is as wide, where the first is not installed
+
+LOOK: Mapping[Any, Any] = {
+    "figure.dpi": 110,
+    "savefig.dpi": 150,
+    "figure.constrained_layout.use": True,
+    "font.size": 10.5,
+    "font.sans-serif": list(FONTS),
+    "axes.titlesize": 11,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.5,
+    "lines.markersize": 5.5,
+    "svg.hashsalt": "dem-harness",  # the same figure is the same file
+    "svg.fonttype": "none",  # text stays text: a third of the size of outlines
+}
+
+
+class Figure(mpl_figure.Figure):
+    """A figure that a notebook shows without pyplot and without settings of the notebook."""
+
+    def _repr_png_(self) -> bytes:
+        target = io.BytesIO()
+        with house_style():
+            self.savefig(target, format="png")
+        return target.getvalue()
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Apply the look within a block; no display is needed."""
+    with mpl.rc_context(dict(LOOK)):
+        yield
+
+
+def panels(rows: int, columns: int, width: float = 4.2, height: float = 3.0) -> Figure:
+    """Return a figure of ``rows`` by ``columns`` axes, each of ``width`` by ``height`` [inch]."""
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    figure.subplots(rows, columns, squeeze=False)
+    return figure
+
+
+def axis(name: str, unit: str = "") -> str:
+    """Return the label of an axis, with its unit in round brackets unless it is a pure number.
+
+    >>> axis("peak force", "N"), axis("restitution", "1")
+    ('peak force (N)', 'restitution')
+    """
+    return name if unit in ("", "1") else f"{name} ({unit})"
+
+
+def label(axes: Axes, x: str, y: str, title: str = "") -> None:
+    """Label the axes, as :func:`axis` writes them, and set the title."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    if title:
+        axes.set_title(title, fontsize="medium")
+    axes.grid(visible=True, alpha=0.25)
+
+
+def legend_below(
+    figure: mpl_figure.Figure, columns: int = 2, axes: Sequence[Axes] | None = None
+) -> None:
+    """Put one legend below all panels, each name once: within a panel it would hide lines."""
+    handles: dict[str, Any] = {}
+    for panel in axes or figure.axes:
+        for handle, name in zip(*panel.get_legend_handles_labels(), strict=True):
+            handles.setdefault(name, handle)
+    figure.legends.clear()
+    if handles:
+        place: dict[str, Any] = {"loc": "outside lower center", "fontsize": "small"}
+        figure.legend([*handles.values()], [*handles], ncols=columns, **place)
+
+
+# ---- files of figures, the same bytes for the same content
+
 REPLACEMENTS = (  # parts of matplotlib's SVG that a browser does not need
     (r"<\?xml.*?\?>|<!DOCTYPE.*?>|<metadata>.*?</metadata>|<!--.*?-->", ""),
     (r"font-family: [^;\"]*(?:; ?)?", ""),
@@ -28,54 +139,31 @@ REPLACEMENTS = (  # parts of matplotlib's SVG that a browser does not need
 )
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A drawn figure: SVG, PNG where it was requested, or the error of its function."""
-
-    drawing: Drawing
-    svg: str = ""
-    png: bytes = b""
-    error: str = ""
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Return width and height [pt]. Raise ValueError for an SVG without a view box."""
-        if (match := VIEW_BOX.search(self.svg)) is None:
-            raise ValueError(f"figure {self.drawing.name!r} has no view box")
-        return float(match[1]), float(match[2])
-
-    @property
-    def uri(self) -> Markup:
-        """Return the SVG as a data URI."""
-        return svg_uri(self.svg)
+def figure_files(draw: Callable[[], mpl_figure.Figure], *, png: bool = False) -> tuple[str, bytes]:
+    """Return a figure in the house style as SVG, and as PNG where it is requested."""
+    with house_style():
+        figure = draw()
+        _lay_out(figure)
+        svg = _compact(_file(figure, "svg", "Date").decode())
+        return svg, _file(figure, "png", "Software") if png else b""
 
 
-def draw(drawing: Drawing, *, png: bool = False) -> Picture:
-    """Return a figure in the house style; an error of its function is stored in the picture."""
-    from harness.report.style import house_style  # slow to load: matplotlib
-
-    try:
-        with house_style():
-            figure = drawing.draw()
-            svg = compact(_file(figure, "svg", "Date").decode())
-            return Picture(drawing, svg, _file(figure, "png", "Software") if png else b"")
-    except Exception as error:  # the function may be a plug-in's
-        return Picture(drawing, error=" ".join(f"{type(error).__name__}: {error}".split()))
+def _lay_out(figure: mpl_figure.Figure) -> None:
+    """Place the parts of a figure once, by the widths of texts in SVG: saving would draw twice."""
+    FigureCanvasSVG(figure)
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
+    figure.set_layout_engine("none")
 
 
-def svg_uri(svg: str) -> Markup:
-    """Return an SVG as a data URI, percent-encoded: a quarter shorter than base64.
-
-    It needs no escapes in an attribute: double quotes and ampersands are encoded.
-    """
-    text = quote(svg, safe=" /:;=,'()!*+-._~?@$<>{}\n").replace("\n", " ")
-    return Markup(f"data:image/svg+xml,{text}")
+def _file(figure: mpl_figure.Figure, kind: str, varying_key: str) -> bytes:
+    target = io.BytesIO()
+    figure.savefig(target, format=kind, metadata={varying_key: None})
+    return target.getvalue()
 
 
-def compact(svg: str) -> str:
+def _compact(svg: str) -> str:
     """Return an SVG of matplotlib without metadata, each style once, to hundredths of a point."""
-    from harness.report.style import FONTS
-
     for pattern, replacement in REPLACEMENTS:
         svg = re.sub(pattern, replacement, svg, flags=re.DOTALL)
     svg = re.sub(r"<[^>]*>", lambda match: _with_short_numbers(match[0]), svg)
@@ -92,7 +180,135 @@ def _with_short_numbers(tag: str) -> str:
     return re.sub(r"(\d)\.0+(?!\d)", r"\1", tag)
 
 
-def _file(figure: mpl_figure.Figure, kind: str, varying_key: str) -> bytes:
-    target = io.BytesIO()
-    figure.savefig(target, format=kind, metadata={varying_key: None})
-    return target.getvalue()
+# ---- films: GIF by pillow, MP4 by ffmpeg where it is on the path, PNG for one picture
+
+SUFFIXES = (".gif", ".mp4", ".png")
+FRAMES, FRAMES_PER_SECOND = 120, 20
+MOST_FRAMES = 600  # half a minute: a longer GIF is too large for a page or a mail
+EDGE, FIXED = "#333333", "#d5d9de"  # of discs, and within fixed ones
+LONGEST_SIDE = 7.2  # inch
+MARGIN = 0.03  # of the longer side
+
+
+def check_film(path: Path, frames: int = FRAMES) -> None:
+    """Raise RequestError, before any run, for a film that cannot be written to a path."""
+    from matplotlib.animation import FFMpegWriter  # slow to load
+
+    suffix = path.suffix.lower()
+    reason = ""
+    if suffix not in SUFFIXES:
+        reason = f"must end in {', '.join(SUFFIXES)}"
+    elif not path.parent.is_dir():
+        reason = f"there is no folder {path.parent}"
+    elif path.exists() and not path.is_file():
+        reason = "is not a file"
+    elif not 2 <= frames <= MOST_FRAMES:
+        reason = f"{frames} frames: must be from 2 to {MOST_FRAMES}"
+    elif suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        reason = ("MP4 needs ffmpeg, which is not on the path; install it, or name a .gif, which "
+                  "needs no other program")  # fmt: skip
+    if reason:
+        raise RequestError(f"--film {path}: {reason}")
+
+
+def write_film(
+    discs: Discs, path: Path, frames: int = FRAMES, fps: int = FRAMES_PER_SECOND
+) -> None:
+    """Write a film of so many samples at equal times, or a PNG of the middle one.
+
+    No half-written file remains. Raise RequestError as :func:`check_film` does, and where ffmpeg
+    fails.
+    """
+    from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+
+    check_film(path, frames)
+    samples = film_samples(discs.time, frames).tolist()
+    with house_style(), held_folder(path.parent) as folder:
+        part = folder / f"film{path.suffix.lower()}"
+        figure, show = disc_figure(discs)
+        try:
+            if part.suffix == ".png":
+                show(samples[len(samples) // 2])
+                figure.savefig(part, dpi=150)
+            else:
+                writer = FFMpegWriter(fps) if part.suffix == ".mp4" else PillowWriter(fps)
+                FuncAnimation(figure, show, samples).save(part, writer=writer, dpi=100)
+        except CalledProcessError as error:
+            text = " ".join(str(error.stderr or "").split())[-200:]
+            raise RequestError(
+                f"--film {path}: ffmpeg failed with {error.returncode} {text}".rstrip()
+            ) from None
+        part.replace(path)
+
+
+def film_samples(time: Floats, frames: int) -> NDArray[np.int64]:
+    """Return the samples (at most ``frames``) nearest to equal steps of time."""
+    moments = np.linspace(time[0], time[-1], min(frames, time.size))
+    middles = (time[1:] + time[:-1]) / 2.0
+    return np.unique(np.searchsorted(middles, moments))
+
+
+def disc_figure(discs: Discs) -> tuple[Figure, Callable[[int], Any]]:
+    """Return the figure of a film, and the function that moves its discs to those of a sample."""
+    fixed, walls = np.reshape(discs.fixed, (-1, 3)), np.reshape(discs.lines, (-1, 2, 2))
+    radius = np.broadcast_to(discs.radius, discs.x.shape)
+    x_range, y_range = _limits(discs, fixed, walls)
+    width, height = float(np.ptp(x_range)), float(np.ptp(y_range))
+    wide, tall = LONGEST_SIDE * min(1.0, width / height), LONGEST_SIDE * min(1.0, height / width)
+    size = max(4.0, round(wide + 1.0, 1)), max(2.6, round(tall + 0.9, 1))  # even in pixels
+    figure = Figure(figsize=size, layout="compressed")
+    axes = figure.add_subplot()
+    label(axes, "x", "y")
+    axes.grid(visible=False)
+    axes.set(aspect="equal", xlim=x_range, ylim=y_range)
+    for line in (axes.xaxis, axes.yaxis):
+        line.set_major_formatter(EngFormatter("m"))
+    for wall in walls:
+        axes.plot(*wall.T, color=BLACK, lw=1.5)
+    axes.set_title(discs.title, loc="left")
+    clock = axes.set_title("", loc="right")
+    _place(_ellipses(axes, len(fixed), facecolors=FIXED), *fixed.T)
+    moving = _ellipses(axes, discs.x.shape[1], facecolors=SKY)
+    if discs.value is not None:
+        moving.set(cmap="viridis", norm=Normalize(np.nanmin(discs.value), np.nanmax(discs.value)))
+        figure.colorbar(moving, ax=axes, label=discs.value_label)
+
+    def show(sample: int) -> None:
+        _place(moving, discs.x[sample], discs.y[sample], radius[sample])
+        if discs.value is not None:
+            moving.set_array(discs.value[sample])
+        clock.set_text(f"t = {EngFormatter('s', places=2)(discs.time[sample])}")
+
+    show(0)
+    figure.draw_without_rendering()  # lays out once; each frame would again
+    figure.set_layout_engine("none")
+    return figure, show
+
+
+def _ellipses(axes: Axes, count: int, **look: Any) -> Any:
+    zeros = np.zeros(count)
+    ellipses = EllipseCollection(
+        zeros, zeros, zeros, units="xy", offsets=np.zeros((count, 2)),
+        offset_transform=axes.transData, edgecolors=EDGE, linewidths=0.4, **look,
+    )  # fmt: skip
+    axes.add_collection(ellipses)
+    return ellipses
+
+
+def _place(ellipses: Any, x: Floats, y: Floats, radius: Floats) -> None:
+    ellipses.set_offsets(np.column_stack([x, y]))
+    ellipses.set_widths(2.0 * radius)
+    ellipses.set_heights(2.0 * radius)
+
+
+def _limits(discs: Discs, fixed: Floats, walls: Floats) -> tuple[Floats, Floats]:
+    """Return the ranges of x and y [m] of discs and walls, (2,) each, with a margin."""
+    moving = np.stack([discs.x, discs.y], axis=-1)
+    radius = np.broadcast_to(discs.radius, discs.x.shape)[..., None]
+    edges = [moving - radius, moving + radius, fixed[:, :2] - fixed[:, 2:],
+             fixed[:, :2] + fixed[:, 2:], walls]  # fmt: skip
+    points = np.concatenate([edge.reshape(-1, 2) for edge in edges])
+    lowest, highest = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    margin = MARGIN * (highest - lowest).max()
+    x_range, y_range = np.stack([lowest - margin, highest + margin], axis=1)
+    return x_range, y_range

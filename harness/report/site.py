@@ -22,8 +22,9 @@ import harness
 from harness.engines.output import release_of
 from harness.errors import RequestError
 from harness.files import check_writable, safe_path, whole_folder
-from harness.report.render import document, html_page
-from harness.report.rows import Badge, defect_releases, defect_sentence, matrix, verdict_badges
+from harness.report.content import Badge
+from harness.report.page import defect_releases, defect_sentence
+from harness.report.render import document, html_page, matrix, verdict_badges
 from harness.results.rows import KEY, Verdict, table
 from harness.store.runs import Run, read_run
 from harness.store.tables import read_rows

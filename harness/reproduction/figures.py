@@ -14,8 +14,8 @@ from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.show import angle_figure
 from harness.cases.tower.windows import structure_end, turnaround
 from harness.errors import RequestError
-from harness.report.content import Drawing
-from harness.report.style import (
+from harness.report.content import Drawing, power
+from harness.report.figures import (
     BLACK,
     BLUE,
     COLOURS,
@@ -27,7 +27,6 @@ from harness.report.style import (
     label,
     legend_below,
     panels,
-    power,
 )
 from harness.reproduction import samples
 from harness.reproduction.appendix import intervals

@@ -13,9 +13,8 @@ import pandas as pd
 
 from harness import __version__
 from harness.cases.bench import OWN, Bench
-from harness.report.content import Section, Table
+from harness.report.content import Badge, Section, Table
 from harness.report.page import report_files
-from harness.report.rows import Badge
 from harness.reproduction import appendix, background, methods, results
 from harness.reproduction.figures import drawings
 from harness.reproduction.statements import CASE, CORRECTED, REGISTRY

@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from harness.errors import RequestError
-from harness.report.notebook import Summarized
+from harness.report.content import Summarized
 from harness.results.compare import Change, compare, counts_of_changes, regressions
 from harness.results.rows import KEY
 from harness.store.committed import (

@@ -18,7 +18,7 @@ from harness.engines.output import Provenance, motion_tables
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
-from harness.report.notebook import Summarized
+from harness.report.content import Summarized
 from harness.store.cache import EngineChoice, opened
 from harness.workflows.executors import opened_on
 from harness.workflows.progress import Progress, silent

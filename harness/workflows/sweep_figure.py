@@ -16,7 +16,7 @@ from harness.errors import HarnessError, RequestError
 from harness.files import Writer
 from harness.model.base import unit
 from harness.model.scene import Floats
-from harness.report.style import Figure, axis, house_style, label
+from harness.report.figures import Figure, axis, house_style, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -31,7 +31,7 @@ from harness.errors import (
     RequestError,
 )
 from harness.files import Writer, check_writable, text_writer, write_files
-from harness.report.notebook import Plottable
+from harness.report.content import Plottable
 from harness.store.cache import opened
 from harness.workflows.executors import completed, opened_on
 from harness.workflows.progress import Progress, silent
@@ -49,7 +49,7 @@ from harness.workflows.sweep_plan import Point, SweepRequest, points_of, request
 if TYPE_CHECKING:
     import pandas as pd
 
-    from harness.report.style import Figure
+    from harness.report.figures import Figure
     from harness.workflows.sweep_figure import Points
 
 CHUNK = 512  # runs whose jobs are in memory at a time

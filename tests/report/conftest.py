@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from harness.report.content import Drawing, Opening, Section, Table
-from harness.report.style import axis, label, panels
+from harness.report.figures import axis, label, panels
 from harness.results.rows import (
     Failure,
     Kind,

@@ -7,11 +7,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from harness.report import style, text
-from harness.report.content import Drawing
-from harness.report.figures import draw
-from harness.report.style import MARKERS, axis, label, legend_below, panels
-from harness.report.text import value_text
+from harness.report import content, figures
+from harness.report.content import Drawing, value_text
+from harness.report.figures import MARKERS, axis, label, legend_below, panels
+from harness.report.page import draw
 
 
 def convergence():
@@ -25,7 +24,7 @@ def convergence():
     return figure
 
 
-@pytest.mark.parametrize("module", [style, text])
+@pytest.mark.parametrize("module", [content, figures])
 def test_examples_of_docstrings_hold(module):
     assert doctest.testmod(module).failed == 0
 

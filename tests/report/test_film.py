@@ -9,7 +9,7 @@ from PIL import Image
 
 from harness.errors import RequestError
 from harness.report.content import Discs
-from harness.report.film import MOST_FRAMES, DiscFilm, check_film, film_samples, write_film
+from harness.report.figures import MOST_FRAMES, check_film, disc_figure, film_samples, write_film
 
 TIME = np.linspace(0.0, 0.02, 40)
 FALL = Discs(
@@ -31,14 +31,17 @@ def test_samples_are_nearest_to_equal_times_and_none_is_invented():
 
 def test_discs_have_places_radii_and_colours_of_the_sample():
     radius = np.tile(FALL.radius, (40, 1)) * np.linspace(1.0, 0.5, 40)[:, None]
-    film = DiscFilm(replace(FALL, radius=radius, value=FALL.y, value_label="height (m)"))
-    first = film._moving.get_facecolor().copy()
-    film.show(20)
-    np.testing.assert_allclose(film._moving.get_offsets()[:, 1], FALL.y[20])
-    np.testing.assert_allclose(film._moving.get_widths(), 2.0 * radius[20])
-    assert film._clock.get_text() == f"t = {1e3 * TIME[20]:.2f} ms"
-    assert (film._moving.get_facecolor() != first).any()
-    assert film.figure.axes[1].get_ylabel() == "height (m)"
+    film = replace(FALL, radius=radius, value=FALL.y, value_label="height (m)")
+    figure, show = disc_figure(film)
+    axes, colours = figure.axes
+    moving = axes.collections[1]
+    first = moving.to_rgba(moving.get_array())
+    show(20)
+    np.testing.assert_allclose(moving.get_offsets()[:, 1], FALL.y[20])
+    np.testing.assert_allclose(moving.get_widths(), 2.0 * radius[20])
+    assert axes.get_title(loc="right") == f"t = {1e3 * TIME[20]:.2f} ms"
+    assert (moving.to_rgba(moving.get_array()) != first).any()
+    assert colours.get_ylabel() == "height (m)"
 
 
 def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):

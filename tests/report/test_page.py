@@ -11,8 +11,8 @@ import pytest
 from markdown_it import MarkdownIt
 
 from harness.report.content import Section, Table
-from harness.report.page import report_files
-from harness.report.rows import COLUMNS, causes, divided_setups, entries_of, matrix
+from harness.report.page import COLUMNS, causes, divided_setups, entries_of, report_files
+from harness.report.render import matrix
 from harness.results.rows import Kind, Row, Verdict, rows_of, table
 from tests.report.conftest import ANGLE, DEFECTS, HOSTILE
 
@@ -162,7 +162,7 @@ def test_rows_of_one_defect_are_one_cause_and_failures_differ_by_engine_and_clas
 def test_used_is_the_ratio_of_difference_and_tolerance(value, tolerance, percent):
     row = Row(case="a", setup="", quantity="x", engine="e", value=value, expected=1.0,
               tolerance=tolerance, kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip
-    assert entries_of(table([row]))[0].percent == percent
+    assert entries_of(table([row]))[0].used == percent
 
 
 def test_a_matrix_counts_verdicts_and_names_the_gravest(run):

@@ -10,7 +10,7 @@ import pytest
 from harness.cases.incline import system
 from harness.errors import EngineError
 from harness.model.law import damping_ratio
-from harness.report.figures import draw
+from harness.report.page import draw
 from harness.reproduction import run as reproduction
 from harness.reproduction.background import COARSE, RESOLUTION_DEG, mfix_angle
 from harness.reproduction.figures import drawings

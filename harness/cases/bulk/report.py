@@ -74,7 +74,7 @@ def _mean_text(values: Floats) -> str:
 
 def curve_figure(curve: Curve, samples: Mapping[str, Sample]) -> Figure:
     """Return a curve of every run, each engine in its colour."""
-    from harness.report.style import COLOURS, panels
+    from harness.report.figures import COLOURS, panels
 
     figure = panels(1, 1, 7.0, 2.8)
     (axes,) = figure.axes

@@ -38,7 +38,7 @@ from harness.results.rows import Kind, Tolerance
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio
 
 if TYPE_CHECKING:
-    from harness.report.style import Figure
+    from harness.report.figures import Figure
 
 # impacts that are drawn with the curve of partial slip
 LAWS = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")
@@ -343,7 +343,7 @@ class PartialSlipCase(ContactCase[Any]):
 
 def figure(laws: Mapping[str, Floats], codes: Mapping[str, Floats]) -> Figure:
     """Draw Maw's curve, the rebounds of laws as lines and of codes as marks, each (M,)."""
-    from harness.report.style import BLACK, COLOURS, MARKERS, STYLES, legend_below, panels
+    from harness.report.figures import BLACK, COLOURS, MARKERS, STYLES, legend_below, panels
 
     drawn = panels(1, 1, width=8.0, height=4.4)
     axes = drawn.axes[0]

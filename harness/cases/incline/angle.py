@@ -31,8 +31,7 @@ from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import PLASTIC
-from harness.report.notebook import Plottable
-from harness.report.text import power, value_text
+from harness.report.content import Plottable, power, value_text
 from harness.results.series import Limit, limit
 from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import sticking_friction
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from harness.report.style import Figure
+    from harness.report.figures import Figure
 
 Progress = Callable[[str, int, int], None]  # stage, done, expected
 REFERENCE = Provenance("reference", __version__, how="compiled")
@@ -285,7 +284,7 @@ class ExtrapolatedAngle(Plottable):
 
     def draw(self) -> Figure:
         """Draw the critical angle over the step, and its limits over the stiffness."""
-        from harness.report.style import BLACK, COLOURS, MARKERS, label, legend_below, panels
+        from harness.report.figures import BLACK, COLOURS, MARKERS, label, legend_below, panels
 
         figure = panels(1, 2, 3.8, 3.9)
         over_step, over_stiffness = figure.axes
@@ -307,7 +306,7 @@ class ExtrapolatedAngle(Plottable):
         return figure
 
     def _draw_over_stiffness(self, axes: Axes) -> None:
-        from harness.report.style import BLUE, GREEN, label
+        from harness.report.figures import BLUE, GREEN, label
 
         rigid = self.rigid
         name = f"{self.angles[0].output.provenance.engine}, step to zero"

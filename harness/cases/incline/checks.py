@@ -33,7 +33,7 @@ from harness.cases.incline.system import Incline, Route, friction_text, job_of, 
 from harness.engines.base import Engine, Job
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.law import CLIPPED, PLASTIC, SOURCE
-from harness.report.text import power
+from harness.report.content import power
 from harness.results.rows import Kind, Level, Tolerance
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND as SHOCK
 from harness.theory.incline import critical_angle, energies, well_depth

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from harness.cases.incline.system import SPEED_AFTER_SHOCK, Incline, settled_before
 from harness.errors import RequestError
 from harness.model.law import Contact
-from harness.report.notebook import Summarized
+from harness.report.content import Summarized
 from harness.theory import incline, incline_coulomb
 from harness.theory.chain import (
     SHOCK_WITHOUT_REBOUND,

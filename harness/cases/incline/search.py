@@ -29,14 +29,13 @@ from harness.cases.incline.runs import Fate, Run
 from harness.cases.incline.system import Incline, Route, friction_text
 from harness.engines.base import Output
 from harness.errors import EngineOutputError
-from harness.report.notebook import Plottable
-from harness.report.text import power, value_text
+from harness.report.content import Plottable, power, value_text
 from harness.theory.incline import kept_speed
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from harness.report.style import Figure
+    from harness.report.figures import Figure
 
 Measure = Callable[[Sequence[Any]], Sequence[Run]]
 """Runs cases of one route and returns their runs in order."""
@@ -353,7 +352,7 @@ class CriticalAngle(Plottable):
 
     def draw(self) -> Figure:
         """Draw the margin of each run over its angle, in steady motion its fate."""
-        from harness.report.style import BLACK, BLUE, GREEN, axis, label, legend_below, panels
+        from harness.report.figures import BLACK, BLUE, GREEN, axis, label, legend_below, panels
 
         figure, frame = panels(1, 1, 6.4, 3.9), self.to_frame()
         (axes,) = figure.axes

@@ -37,7 +37,7 @@ from harness.report.content import Discs, Drawing, Opening, Section
 from harness.theory.incline import INERTIA, STATIC_ANGLE_DEG, critical_angle, rolling_friction
 
 if TYPE_CHECKING:
-    from harness.report.style import Figure
+    from harness.report.figures import Figure
 
 Angles = Mapping[float, float]  # [deg] by friction
 Result = TypeVar("Result")
@@ -161,7 +161,7 @@ def over_friction(measured: Mapping[str, Angles], judged: Mapping[str, Angles]) 
 
     The panel below has the differences from theory of those that are judged.
     """
-    from harness.report.style import BLACK, COLOURS, MARKERS, Figure, label, legend_below
+    from harness.report.figures import BLACK, COLOURS, MARKERS, Figure, label, legend_below
 
     figure = Figure(figsize=(7.2, 5.0), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))

@@ -419,7 +419,7 @@ class FlowCase(PackingCase[Flow]):
 
 
 def _law_figure(flows: Mapping[str, Sequence[Mapping[str, float]]]) -> Figure:
-    from harness.report.style import COLOURS, MARKERS, label, legend_below, panels
+    from harness.report.figures import COLOURS, MARKERS, label, legend_below, panels
 
     figure = panels(1, 2, 3.5, 3.6)
     labels = {"mu": "friction mu = tau / P", "solid_fraction": "solid fraction"}

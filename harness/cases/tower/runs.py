@@ -18,7 +18,7 @@ from harness.errors import EngineNaNError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Floats, Scene
-from harness.report.notebook import Plottable
+from harness.report.content import Plottable
 from harness.solvers.chain import (
     STABILITY,
     Chain,
@@ -33,7 +33,7 @@ from harness.solvers.chain import (
 if TYPE_CHECKING:
     import pandas as pd
 
-    from harness.report.style import Figure
+    from harness.report.figures import Figure
 
 SCHEMES: dict[str, Scheme] = {"rk4": "rk4", "verlet": "velocity_verlet"}
 SOLVERS = ("exact", *SCHEMES)
@@ -93,7 +93,7 @@ class TowerRun(ChainMotion, Plottable):
 
     def draw(self) -> Figure:
         """Draw the force on the grain over time."""
-        from harness.report.style import axis, label, panels
+        from harness.report.figures import axis, label, panels
 
         figure = panels(1, 1)
         figure.axes[0].plot(self.time_over_t0, self.grain_force)

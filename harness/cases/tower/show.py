@@ -12,7 +12,7 @@ from harness.cases.bench import Bench
 from harness.cases.tower.impulse import impulse_angles, source_angles
 from harness.cases.tower.parameters import LAWS
 from harness.cases.tower.runs import TowerRun
-from harness.report.content import Discs, Drawing, Opening, Section
+from harness.report.content import Discs, Drawing, Opening, Section, power
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,7 +98,7 @@ def angle_figure(
 
     ``measured`` are heights in diameters and angles [deg] from elsewhere.
     """
-    from harness.report.style import BLACK, COLOURS, STYLES, label, legend_below, panels, power
+    from harness.report.figures import BLACK, COLOURS, STYLES, label, legend_below, panels
 
     laws = list(dict.fromkeys(frame["law"]))
     figure = panels(1, len(laws))

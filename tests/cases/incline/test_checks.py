@@ -14,7 +14,7 @@ from harness.cases.incline.checks import DISC, LARGE, PLASTIC_CASE, same_angle
 from harness.engines.reference import Reference
 from harness.engines.registry import engine_class
 from harness.model.scene import Scene
-from harness.report.figures import draw
+from harness.report.page import draw
 from harness.results.rows import Failure, Kind, Verdict
 from tests.cases.incline.doubles import diameters, grain, law, scaled, turned
 from tests.engine_doubles import Crashing, Twin

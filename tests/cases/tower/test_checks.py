@@ -10,7 +10,7 @@ from harness.cases.tower.case import CASE
 from harness.cases.tower.impulse import impulse_angles
 from harness.cases.tower.show import angle_figure
 from harness.engines.reference import Reference
-from harness.report.figures import draw
+from harness.report.page import draw
 from harness.results.rows import Kind, Verdict
 from tests.cases.tower.standin import Euler, Standin
 
