@@ -28,7 +28,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, ClassVar, NamedTuple, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,7 @@ PUBLISHED = "published"  # preset and places of the published systems
 RAYLEIGH_SHARE = 0.2  # longest step over the time of a Rayleigh wave around half a sphere
 STEPS_IN_IMPACT = 20.0  # fewest steps of a Hertz impact
 NO_VALUES = frozenset({"settle_time", "duration", "turn", "cell"})  # parameters, not of scripts
+LATTICE: Mapping[str, Value] = {"bed": "lattice", "places": "none"}  # values of no published bed
 
 
 @dataclass(frozen=True)
@@ -106,15 +107,14 @@ SteelModulus = Annotated[float, Field(gt=0.0, description="[Pa] of all that is o
 SettleTime = Annotated[float, Field(ge=0.0, description="[s] before the bed is disturbed")]
 Duration = Annotated[float, Field(gt=0.0, description="[s] after that")]
 StepSize = Annotated[float, Field(gt=0.0, description="[s] time step")]
-Restitution = Annotated[float, Field(gt=0.05, le=1.0, description="[-] between grains")]
 # fmt: on
 
 
 class Bed(Parameters):
     """Grains on a lattice that settle between walls of steel, and are then disturbed.
 
-    A system gives its grains, their kinds (of sizes that vary the smallest), the largest speed of
-    a grain at a wall [m/s], and the time for which the bed is disturbed [s].
+    A system gives its grains, their kinds (of sizes that vary the smallest), the height through
+    which one can fall [m], and the time for which the bed is disturbed [s].
     """
 
     ROWS: ClassVar[int]  # of the series, about
@@ -122,7 +122,7 @@ class Bed(Parameters):
     LEAVING: ClassVar[bool] = False  # grains leave the disturbed bed
     grains: ClassVar[property]
     kinds: ClassVar[property]
-    impact_speed: ClassVar[property]
+    fall: ClassVar[property]
     time: ClassVar[property]
 
     spacing: Spacing = 1.2
@@ -160,6 +160,11 @@ class Bed(Parameters):
     def room(self) -> float:
         """Return the room between grains of the first lattice [diameters]."""
         return self.spacing - 1.0
+
+    @property
+    def impact_speed(self) -> float:
+        """Return the largest speed of a grain at a wall [m/s]."""
+        return math.sqrt(2.0 * self.gravity * float(self.fall))
 
     @property
     def longest_step(self) -> float:
@@ -217,7 +222,7 @@ class BedOfOneKind(Bed):
     radius: Radius = 1e-3
     density: float = Field(2500.0, gt=0.0, description="[kg/m3] of the grains")
     youngs_modulus: YoungsModulus = 1e9
-    restitution: Restitution = 0.5
+    restitution: float = Field(0.5, gt=0.05, le=1.0, description="[-] between grains")
     friction: Friction = 0.3
     duration: Duration = 1.0
 
@@ -301,24 +306,6 @@ def level_bed(
     return height, moment(height, 0)
 
 
-class Contacts(NamedTuple):
-    """Pairs of grains that touch, by their numbers, and their overlaps [m], (K,) each."""
-
-    i: NDArray[np.int64]
-    j: NDArray[np.int64]
-    overlap: Floats
-
-
-def find_contacts(places: Floats, radius: Floats) -> Contacts:
-    """Return the pairs that touch, each once, of grains at places (N, 3) with radii (N,) [m]."""
-    from scipy.spatial import KDTree  # slow to load
-
-    i, j = KDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray").T
-    overlap = radius[i] + radius[j] - np.linalg.norm(places[i] - places[j], axis=1)
-    touch = overlap > 0.0
-    return Contacts(i[touch], j[touch], overlap[touch])
-
-
 # ---- published beds
 
 
@@ -350,8 +337,8 @@ class PublishedBed:
             rows: Floats = np.loadtxt(lines, skiprows=1) - np.array([0.0, *self.origin])
         return rows
 
-    def write(self, kinds: tuple[Sphere, ...], ends: Ends) -> str:
-        """Write it as a data file of ``atom_style sphere``; return its path.
+    def values(self, kinds: tuple[Sphere, ...], ends: Ends) -> dict[str, Value]:
+        """Return the values of a script: the path of a data file of ``atom_style sphere``.
 
         Grains of the first kind are type 1, there are three types; ``ends`` of the box along x, y,
         z [m]. It lies in the cache, named after its content, which a job has by its name.
@@ -364,7 +351,7 @@ class PublishedBed:
         if not path.exists():
             make_private(folder)
             write_files({("places", path): text_writer(text)})
-        return str(path)
+        return {"bed": "file", "places": str(path)}
 
 
 @lru_cache(maxsize=4)  # a setup needs it for each run

@@ -8,34 +8,40 @@ everything else is computed here.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
 from harness.cases.base import Quantity
-from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
+from harness.cases.bulk import (
+    BED_STATE,
+    ELASTIC,
+    WALL_TIME,
+    BulkCase,
+    Curve,
+    Line,
+    Setup,
+    beds,
+    seed_setups,
+)
 from harness.cases.bulk.beds import (
+    LATTICE,
     PUBLISHED,
     Bed,
-    Contacts,
     Floats,
     PublishedBed,
     Sphere,
-    find_contacts,
     lattice_sites,
     level_bed,
 )
-from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.samples import read_series, time_per_step
 from harness.engines.base import Output
 from harness.engines.base import Value as ScriptValue
 from harness.engines.output import Table
 from harness.errors import EngineLostAtomsError
 
-COLUMNS = ("step", "x_m", "y_m", "z_m")
+PLACES = ("x_m", "y_m", "z_m")
 STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
 LAST = 1.0 / 6.0  # share of the turn, up to its end, over which the mixing index is averaged
 SOFTENED = "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
@@ -141,9 +147,9 @@ class Drum(Bed):
         return 2.0 * half_width * self.drum_length
 
     @property
-    def impact_speed(self) -> float:
-        """Return the speed after a fall through the drum [m/s]."""
-        return math.sqrt(2.0 * self.gravity * 2.0 * self.drum_radius)
+    def fall(self) -> float:
+        """Return the width of the drum [m]."""
+        return 2.0 * self.drum_radius
 
     @property
     def time(self) -> float:
@@ -158,13 +164,10 @@ class Drum(Bed):
     @property
     def values(self) -> dict[str, ScriptValue]:
         """Return the values of a script; published places are in a data file."""
-        values = {**super().values, "bed": "lattice", "places": "none"}
-        if not self.places:
-            return values
-        sizes, margin = (self.drum_radius, 0.5 * self.drum_length), 4.0 * self.large_radius
-        rim, half = (size + margin for size in sizes)
+        margin = 4.0 * self.large_radius
+        rim, half = self.drum_radius + margin, 0.5 * self.drum_length + margin
         ends = (-rim, rim), (-half, half), (-rim, rim)
-        return {**values, "bed": "file", "places": BED.write(self.kinds, ends)}
+        return {**super().values, **(BED.values(self.kinds, ends) if self.places else LATTICE)}
 
 
 def lacey_index(cells: Floats, chosen: NDArray[np.bool_]) -> float:
@@ -208,6 +211,22 @@ def surface_angle(x: Floats, z: Floats, radius: Floats, half_width: float, step:
     return -math.degrees(math.atan(np.polyfit(middle[filled], top[filled], 1)[0]))
 
 
+Contacts = tuple[NDArray[np.int64], NDArray[np.int64], Floats]
+
+
+def find_contacts(places: Floats, radius: Floats) -> Contacts:
+    """Return numbers (K,) and (K,) of grains that touch, each pair once, and overlaps (K,) [m].
+
+    The grains are at ``places`` (N, 3) and have a ``radius`` (N,) [m].
+    """
+    from scipy.spatial import KDTree  # slow to load
+
+    i, j = KDTree(places).query_pairs(2.0 * radius.max(), output_type="ndarray").T
+    overlap = radius[i] + radius[j] - np.linalg.norm(places[i] - places[j], axis=1)
+    touch = overlap > 0.0
+    return i[touch], j[touch], overlap[touch]
+
+
 def elastic_energy(p: Drum, places: Floats, contacts: Contacts) -> float:
     """Return the energy of the normal springs of grains at ``places`` (N, 3) [m], with walls [J].
 
@@ -215,19 +234,16 @@ def elastic_energy(p: Drum, places: Floats, contacts: Contacts) -> float:
     as plane.
     """
     radii, young = p.of_each("radius"), p.of_each("youngs_modulus")
-
-    def spring_energy(
-        overlap: Floats, moduli: tuple[Floats, Floats | float], radius: Floats
-    ) -> float:
-        compliance = (1.0 - p.poisson_ratio**2) * (1.0 / moduli[0] + 1.0 / moduli[1])
-        return float((np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / compliance).sum())
-
-    i, j, overlap = contacts
-    total = spring_energy(overlap, (young[i], young[j]), 1.0 / (1.0 / radii[i] + 1.0 / radii[j]))
-    x, y, z = places.T
+    (i, j, overlap), (x, y, z) = contacts, places.T
+    steel, reduced = 1.0 / p.steel_youngs_modulus, 1.0 / (1.0 / radii[i] + 1.0 / radii[j])
+    springs = [(overlap, 1.0 / young[i] + 1.0 / young[j], reduced)]
     for reach in (p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)):
-        total += spring_energy(radii - reach, (young, p.steel_youngs_modulus), radii)
-    return 8.0 / 15.0 * total
+        springs.append((radii - reach, 1.0 / young + steel, radii))
+    energies = [
+        np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / ((1.0 - p.poisson_ratio**2) * softness)
+        for overlap, softness, radius in springs
+    ]
+    return 8.0 / 15.0 * float(sum(energy.sum() for energy in energies))
 
 
 def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
@@ -240,7 +256,7 @@ def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
     from scipy.integrate import cumulative_trapezoid
 
     t = p.step_size * (table["step"] - p.settle_steps)
-    x, y, z = (table[name] for name in COLUMNS[1:])
+    x, y, z = (table[name] for name in PLACES)
     vx, vy, vz = (np.gradient(axis, t, axis=0) for axis in (x, y, z))
     masses = p.of_each("mass")
     momentum = (z * vx - x * vz) @ masses
@@ -251,31 +267,12 @@ def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
     return kinetic + p.gravity * z @ masses, p.speed * (momentum - weight)
 
 
-def curves_over_turn(p: Drum, table: Table) -> dict[str, Floats]:
-    """Return the angle of the turn [deg], mixing index and angle of the surface [deg], (M,) each.
-
-    The index is by number of small grains; the surface is in the middle half of the drum.
-    """
-    radii, half = p.of_each("radius"), 0.5 * p.drum_radius
-    x, z = table["x_m"], table["z_m"]
-    small = radii < 0.5 * (p.large_radius + p.small_radius)
-    cells = np.floor(np.stack([x, z], axis=-1) / p.cell)
-    pairs = zip(x, z, strict=True)
-    return {
-        "turned_deg": np.degrees(p.speed * p.step_size * (table["step"] - p.settle_steps)),
-        "mixing_index": np.array([lacey_index(frame, small) for frame in cells]),
-        "surface_angle_deg": np.array(
-            [surface_angle(*pair, radii, half, 2.0 * p.large_radius) for pair in pairs]
-        ),
-    }
-
-
 def check_walls(p: Drum, table: Table, turned: Floats, engine: str) -> None:
     """Raise EngineLostAtomsError for a grain whose centre is beyond a wall.
 
     Curved walls may be a polygon of the circle's area, whose corners are farther out.
     """
-    x, y, z = (table[name] for name in COLUMNS[1:])
+    x, y, z = (table[name] for name in PLACES)
     beyond = (np.hypot(x, z) > 1.01 * p.drum_radius) | (np.abs(y) > 0.5 * p.drum_length)
     if beyond.any():
         frame = int(np.flatnonzero(beyond.any(axis=1))[0])
@@ -310,6 +307,7 @@ class DrumCase(BulkCase[Drum]):
         "surface, so that an index of one is not to be expected."
     )
     parameters = Drum
+    series = ("step", *PLACES)
     quantities = (
         Quantity("mixing_index", "1", "of Lacey, by number of small grains in square cells: 0 "
                  "unmixed, 1 at random; mean over the last sixth of the turn"),
@@ -354,30 +352,16 @@ class DrumCase(BulkCase[Drum]):
     gain = "drum_energy_gain_ratio"
     rest_scale = "the energy of a bed that turns with the drum"
 
-    def measure(self, parameters: Drum, output: Output) -> Mapping[str, float]:
-        """Return mixing, angle of the surface, density of the bed.
+    def counts(self, p: Drum) -> dict[str, int]:
+        """Return the numbers of large and small grains."""
+        return dict(zip(("large", "small"), p.counts, strict=True))
 
-        Raise EngineLostAtomsError for a grain beyond a wall.
-        """
-        p = parameters
-        table = read_series(p, output, COLUMNS, large=p.counts[0], small=p.counts[1])
-        curves = curves_over_turn(p, table)
-        turned, mixing, angle = curves.values()
+    def quantities_of(self, p: Drum, output: Output, table: Table) -> dict[str, float]:
+        """Return mixing, angle of the surface, density and contacts of the bed, energies."""
+        turned, mixing, angle = self.columns(p, table).values()
         check_walls(p, table, turned, output.engine)
-        kinetic = 0.5 * p.of_each("mass").sum() * (p.speed * p.drum_radius) ** 2
-        return {
-            "mixing_index": float(mixing[turned >= (1.0 - LAST) * p.turn].mean()),
-            "first_mixing_index": float(mixing[0]),
-            "surface_angle_deg": float(angle[turned >= STEADY * p.turn].mean()),
-            **self._bed(p, table),
-            "bed_kinetic_ratio": output.number("bed_kinetic_J") / kinetic,
-            **time_per_step(p, output, table),
-        }
-
-    def _bed(self, p: Drum, table: Table) -> dict[str, float]:
-        """Return density and contacts of the bed at first, and energies over the drum's work."""
         radii, mass = p.of_each("radius"), p.of_each("mass").sum()
-        first, end = (np.column_stack([table[n][row] for n in COLUMNS[1:]]) for row in (0, -1))
+        first, end = (np.column_stack([table[n][row] for n in PLACES]) for row in (0, -1))
         contacts = find_contacts(first, radii)
         elastic = elastic_energy(p, first, contacts)
         stored = elastic_energy(p, end, find_contacts(end, radii)) - elastic
@@ -386,27 +370,47 @@ class DrumCase(BulkCase[Drum]):
         size = abs(done[-1])  # the work is negative of grains that rise against the drum
         height = float(np.average(first[:, 2], weights=radii**3))
         _, volume = level_bed(p.section, -p.drum_radius, p.drum_radius, height)
+        at_drum_speed = 0.5 * mass * (p.speed * p.drum_radius) ** 2
         return {
+            "mixing_index": float(mixing[turned >= (1.0 - LAST) * p.turn].mean()),
+            "first_mixing_index": float(mixing[0]),
+            "surface_angle_deg": float(angle[turned >= STEADY * p.turn].mean()),
             "bed_solid_fraction": p.of_each("volume").sum() / volume,
-            "bed_coordination": 2.0 * len(contacts.i) / p.grains,
+            "bed_coordination": 2.0 * len(contacts[0]) / p.grains,
             "work_ratio": done[-1] / (mass * p.gravity * p.drum_radius),
             ELASTIC: elastic / size,
             "loss_ratio": (lost[-1] - stored) / size,
             "drum_energy_gain_ratio": max(0.0, -lost.min()) / size,
+            "bed_kinetic_ratio": output.number("bed_kinetic_J") / at_drum_speed,
         }
 
-    def columns(self, parameters: Drum, output: Output) -> Mapping[str, Floats]:
-        """Return mixing index and angle of the surface [deg] over the turn [deg]."""
-        return curves_over_turn(parameters, output.table(COLUMNS))
+    def columns(self, p: Drum, table: Table) -> dict[str, Floats]:
+        """Return the angle of the turn [deg], mixing index and angle of the surface [deg], (M,).
 
-    def plane(self, parameters: Drum) -> tuple[float, Sequence[Line]]:
+        The index is by number of small grains; the surface is in the middle half of the drum.
+        """
+        radii, half = p.of_each("radius"), 0.5 * p.drum_radius
+        x, z = table["x_m"], table["z_m"]
+        small = radii < 0.5 * (p.large_radius + p.small_radius)
+        cells = np.floor(np.stack([x, z], axis=-1) / p.cell)
+        angles = [
+            surface_angle(*pair, radii, half, 2.0 * p.large_radius)
+            for pair in zip(x, z, strict=True)
+        ]
+        return {
+            "turned_deg": np.degrees(p.speed * p.step_size * (table["step"] - p.settle_steps)),
+            "mixing_index": np.array([lacey_index(frame, small) for frame in cells]),
+            "surface_angle_deg": np.array(angles),
+        }
+
+    def plane(self, p: Drum) -> tuple[float, Sequence[Line]]:
         """Return the drum halfway along its axis."""
-        angle, radius = np.linspace(0.0, math.tau, 181), parameters.drum_radius
-        return 0.0, [(radius * np.cos(angle), radius * np.sin(angle))]
+        angle = np.linspace(0.0, math.tau, 181)
+        return 0.0, [(p.drum_radius * np.cos(angle), p.drum_radius * np.sin(angle))]
 
-    def film_radii(self, parameters: Drum) -> Floats:
+    def radii(self, p: Drum) -> Floats:
         """Return the radius of each grain, which the series has not."""
-        return parameters.of_each("radius")
+        return p.of_each("radius")
 
 
 CASE = DrumCase()

@@ -8,24 +8,32 @@ of glued grains. The sides have no friction unless it is set, so that they bear 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Check, Quantity
-from harness.cases.bulk import beds
-from harness.cases.bulk.base import WALL_TIME, BulkCase, Setup, seed_setups
+from harness.cases.bulk import (
+    WALL_TIME,
+    BulkCase,
+    Curve,
+    Line,
+    Setup,
+    beds,
+    check_grains,
+    energy_rise,
+    seed_setups,
+)
 from harness.cases.bulk.beds import BedOfOneKind, Floats, Sphere, lattice_sites
-from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.samples import Sample, check_grains, energy_rise, read_series, time_per_step
+from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.results.rows import Tolerance
 
-COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
+SERIES = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
 FALL = "over that of the grains after a fall by a diameter"
 # a heap at rest: in the last tenth of the time at most 0.5 % of its grains run off. Its mass is
 # proportional to the slope, which changes by as much, a tenth of the margin between codes
@@ -102,9 +110,9 @@ class Heap(BedOfOneKind):
         return (replace(self.grain, radius=self.radius * (1.0 - 0.5 * self.dispersity)),)
 
     @property
-    def impact_speed(self) -> float:
-        """Return the speed of the highest grain at the floor [m/s]."""
-        return math.sqrt(2.0 * self.gravity * self.layers * self.pitch)
+    def fall(self) -> float:
+        """Return the height of the filling at first [m]."""
+        return self.layers * self.pitch
 
     @property
     def floor_area(self) -> float:
@@ -171,6 +179,7 @@ class HeapCase(BulkCase[Heap]):
         "under one limit; sliding alone is one law in both."
     )
     parameters = Heap
+    series = SERIES
     quantities = (
         Quantity("angle_deg", "deg", "angle of repose: mean of both slopes, each of a line through "
                  "twice the mean height of the grains in eight columns", 30.0),
@@ -199,58 +208,48 @@ class HeapCase(BulkCase[Heap]):
     gain, rest = "heap_energy_rise_ratio", "filling_kinetic_ratio"
     rest_scale = "the energy of grains that fall by a diameter"
 
-    def measure(self, parameters: Heap, output: Output) -> Mapping[str, float]:
-        """Return the angle, the share that remains, and energies.
-
-        Raise EngineLostAtomsError for a grain beyond a side or the glued layer,
-        EngineUndecidedError for a heap that still moves.
-        """
-        p = parameters
-        table = read_series(p, output, COLUMNS)
+    def quantities_of(self, p: Heap, output: Output, table: Table) -> dict[str, float]:
+        """Return the angle, the share that remains, and energies."""
         check_grains(p, output, table, "beyond a side or fell through the glued layer")
-        check_decided(p, output.number("mean_height_m"), table)
-        slopes = slope_angles(p, table["height_m"][-1])
-        angle = self.columns(p, output)["angle_deg"]
+        mean_height = output.number("mean_height_m")
+        check_decided(p, mean_height, table)
+        left, right = slope_angles(p, table["height_m"][-1])
+        angle, remaining = self.columns(p, table)["angle_deg"], table["remaining"][-1]
         fall = 2.0 * p.radius * p.grain.mass * p.gravity
-        above = p.weight * output.number("mean_height_m")
-        remaining = max(table["remaining"][-1], 1.0)
         return {
-            "angle_deg": 0.5 * (slopes[0] + slopes[1]),
-            "left_angle_deg": slopes[0],
-            "right_angle_deg": slopes[1],
+            "angle_deg": 0.5 * (left + right),
+            "left_angle_deg": left,
+            "right_angle_deg": right,
             "angle_change_deg": angle[-1] - angle[3 * len(angle) // 4],
-            "remaining_ratio": table["remaining"][-1] / p.grains,
-            "heap_energy_rise_ratio": energy_rise(output, table) / above,
+            "remaining_ratio": remaining / p.grains,
+            "heap_energy_rise_ratio": energy_rise(output, table) / (p.weight * mean_height),
             "filling_kinetic_ratio": output.number("bed_kinetic_J") / (p.grains * fall),
-            "heap_kinetic_ratio": table["kinetic_J"][-1] / (remaining * fall),
-            **time_per_step(p, output, table),
+            "heap_kinetic_ratio": table["kinetic_J"][-1] / (max(remaining, 1.0) * fall),
         }
 
-    def columns(self, parameters: Heap, output: Output) -> Mapping[str, Floats]:
+    def columns(self, p: Heap, table: Table) -> dict[str, Floats]:
         """Return the profile at the end [m], and the mean angle of both slopes [deg] over time [s].
 
         The profile is without the columns at the ends, whose lower part is the sill.
         """
-        p, table = parameters, output.table(COLUMNS)
-        columns = table["height_m"].shape[1]
+        heights = table["height_m"]
+        columns = heights.shape[1]
         over = columns_over_sill(p, columns)
         x = p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
         return {
             "distance_m": x[over:-over],
-            "height_m": 2.0 * table["height_m"][-1, over:-over],
+            "height_m": 2.0 * heights[-1, over:-over],
             "time_s": table["time_s"],
-            "angle_deg": np.array([np.mean(slope_angles(p, row)) for row in table["height_m"]]),
+            "angle_deg": np.array([np.mean(slope_angles(p, row)) for row in heights]),
         }
 
-    def plane(self, parameters: Heap) -> tuple[float, Sequence[Line]]:
+    def plane(self, p: Heap) -> tuple[float, Sequence[Line]]:
         """Return the trough along its middle."""
-        p = parameters
         return p.width * p.radius, [((0.0, p.span), (0.0, 0.0))]
 
-    def elastic_bound(self, parameters: Heap, sample: Sample) -> float:
+    def elastic_bound(self, p: Heap, sample: Sample) -> float:
         """Return the bound over the potential energy of the filling."""
-        p = parameters
-        return p.largest_elastic_energy / (p.weight * 0.5 * p.layers * p.pitch)
+        return p.largest_elastic_energy / (p.weight * 0.5 * p.fall)
 
     def more_checks(self, setup: Setup[Heap]) -> Iterable[Check]:
         """Return whether the heap of the median seed is at rest.

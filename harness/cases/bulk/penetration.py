@@ -7,23 +7,31 @@ pair stated. Beds of other seeds part, so means over seeds are compared, not mot
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Level, Quantity
-from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
-from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, PublishedBed, Sphere
-from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.samples import Sample, read_series, time_per_step
+from harness.cases.bulk import (
+    BED_STATE,
+    ELASTIC,
+    WALL_TIME,
+    BulkCase,
+    Curve,
+    Line,
+    Setup,
+    beds,
+    seed_setups,
+)
+from harness.cases.bulk.beds import LATTICE, PUBLISHED, BedOfOneKind, Floats, PublishedBed, Sphere
+from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
 from harness.engines.base import Value as ScriptValue
 from harness.engines.output import Table
 from harness.errors import EngineLostAtomsError, EngineOutputError
 
-COLUMNS = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
+SERIES = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
 PUBLISHED_BOX = 0.098, 0.06  # [m] along x and y, by the triangles of its walls
 PUBLISHED_TOP = 0.03469588430000001  # [m] of the highest grain above the floor
 BED = PublishedBed(
@@ -102,9 +110,14 @@ class Penetration(BedOfOneKind):
         return Sphere(self.steel_radius, self.steel_density, young, self.poisson_ratio)
 
     @property
+    def fall(self) -> float:
+        """Return the height of the sphere above the floor [m]: on a wall an impact is shortest."""
+        return self.start_height
+
+    @property
     def impact_speed(self) -> float:
-        """Return the speed of the sphere at the floor [m/s]: on a wall an impact is shortest."""
-        return math.hypot(self.speed, math.sqrt(2.0 * self.gravity * self.start_height))
+        """Return the speed of the sphere at the floor [m/s]."""
+        return math.hypot(self.speed, super().impact_speed)
 
     @property
     def longest_step(self) -> float:
@@ -124,41 +137,11 @@ class Penetration(BedOfOneKind):
     @property
     def values(self) -> dict[str, ScriptValue]:
         """Return the values of a script; published places are in a data file."""
-        length, width = self.box
-        values = {**super().values, "bed": "lattice", "places": "none"}
-        values |= {"length": length, "width": width}
-        if not self.places:
-            return values
-        rim = 4.0 * self.radius
+        (length, width), rim = self.box, 4.0 * self.radius
         top = self.bed_top + 2.0 * (self.start_height + self.steel_radius)
         ends = (-rim, length + rim), (-rim, width + rim), (-rim, top)
-        return {**values, "bed": "file", "places": BED.write(self.kinds, ends)}
-
-
-def height_quantities(p: Penetration, table: Table, released: float) -> dict[str, float]:
-    """Return the quantities of a series; ``released`` is kinetic and potential energy [J] at first.
-
-    Decelerations are means over the time between two rows of the series.
-    """
-    after = table["time_s"] > 0.0  # some codes also leave a row of the release itself
-    t, z, v, kinetic, potential = (table[name][after] for name in COLUMNS)
-    energy = kinetic + potential
-    lowest, fastest = int(np.argmin(z)), int(np.argmin(v))
-    slow = v[fastest:] > 0.1 * v[fastest]
-    if not slow.any():
-        raise EngineOutputError(
-            f"duration = {p.duration:g} s: the sphere still falls at a tenth of its largest speed"
-        )
-    last = t >= t[-1] - FINAL * (t[-1] - t[0])
-    return {
-        "final_height_m": float(z[last].mean()),
-        "lowest_height_m": float(z[lowest]),
-        "slowed_time_s": float(t[fastest:][slow][0]),
-        "peak_deceleration_m_per_s2": float((np.diff(v) / np.diff(t)).max()),
-        "rebound_speed_m_per_s": float(max(0.0, v[lowest:].max())),
-        "energy_gain_ratio": float(max(0.0, (energy - released).max()) / p.impact_energy),
-        "dissipated_ratio": float((released - energy[-1]) / p.impact_energy),
-    }
+        bed = BED.values(self.kinds, ends) if self.places else LATTICE
+        return {**super().values, **bed, "length": length, "width": width}
 
 
 PUBLISHED_SYSTEM = Penetration(
@@ -193,6 +176,7 @@ class PenetrationCase(BulkCase[Penetration]):
         "system of its own. Grains start at the same places in each code."
     )
     parameters = Penetration
+    series = SERIES
     quantities = (
         Quantity("final_height_m", "m", "of the sphere's centre above the floor, mean over the "
                  "last tenth of the time", 0.01),
@@ -240,79 +224,75 @@ class PenetrationCase(BulkCase[Penetration]):
     gain = "energy_gain_ratio"
     rest_scale = "the energy of the sphere"
 
-    def measure(self, parameters: Penetration, output: Output) -> Mapping[str, float]:
-        """Return depth, deceleration, energies, density of the bed.
+    def counts(self, p: Penetration) -> dict[str, int]:
+        """Return the number of grains."""
+        return {"grains": p.grains}
+
+    def quantities_of(self, p: Penetration, output: Output, table: Table) -> dict[str, float]:
+        """Return depth, deceleration (means between two rows), energies, density of the bed.
 
         Raise EngineLostAtomsError for a particle beyond a wall.
         """
-        p = parameters
-        table = read_series(p, output, COLUMNS, grains=p.grains)
         if output.number("outside") != 0.0:
             raise EngineLostAtomsError(
                 f"{output.engine}: a particle passed a wall at step_size = {p.step_size:g} s, "
                 f"youngs_modulus = {p.youngs_modulus:g} Pa"
             )
-        moving = output.number("bed_kinetic_J")
+        after = table["time_s"] > 0.0  # some codes also leave a row of the release itself
+        t, z, v, kinetic, potential = (table[name][after] for name in SERIES)
+        lowest, fastest = int(np.argmin(z)), int(np.argmin(v))
+        slow = v[fastest:] > 0.1 * v[fastest]
+        if not slow.any():
+            raise EngineOutputError(
+                f"duration = {p.duration:g} s: the sphere still falls at a tenth of its largest "
+                "speed"
+            )
+        energy, moving = kinetic + potential, output.number("bed_kinetic_J")
         released = moving + output.number("release_potential_J") + p.impact_energy
-        heights = height_quantities(p, table, released)
-        return {
-            **heights,
-            **self._elastic(p, output, heights["dissipated_ratio"]),
-            **self._depths(p, output, heights),
+        dissipated = float((released - energy[-1]) / p.impact_energy)
+        final = float(z[t >= t[-1] - FINAL * (t[-1] - t[0])].mean())
+        surface = 2.0 * output.number("mean_height_m")
+        values = {
+            "final_height_m": final,
+            "lowest_height_m": float(z[lowest]),
+            "final_depth_m": surface + p.steel_radius - final,
+            "largest_depth_m": surface + p.steel_radius - float(z[lowest]),
+            "slowed_time_s": float(t[fastest:][slow][0]),
+            "peak_deceleration_m_per_s2": float((np.diff(v) / np.diff(t)).max()),
+            "rebound_speed_m_per_s": float(max(0.0, v[lowest:].max())),
+            "energy_gain_ratio": float(max(0.0, (energy - released).max()) / p.impact_energy),
+            "dissipated_ratio": dissipated,
+            "bed_solid_fraction": p.grains * p.grain.volume / (p.floor_area * surface),
             "bed_coordination": output.number("coordination"),
             "bed_kinetic_ratio": moving / p.impact_energy,
-            **time_per_step(p, output, table),
         }
+        if output.has("elastic_J"):  # of the normal springs
+            names = "elastic_J", "end_elastic_J"
+            first, end = (output.number(name) / p.impact_energy for name in names)
+            values |= {ELASTIC: first, "end_elastic_ratio": end}
+            values["balance_ratio"] = dissipated + (first - end)
+        return values
 
-    def _elastic(self, p: Penetration, output: Output, dissipated: float) -> dict[str, float]:
-        """Return the energies of the normal springs, of a code that leaves them."""
-        if not output.has("elastic_J"):
-            return {}
-        names = "elastic_J", "end_elastic_J"
-        first, end = (output.number(name) / p.impact_energy for name in names)
-        return {
-            ELASTIC: first,
-            "end_elastic_ratio": end,
-            "balance_ratio": dissipated + (first - end),
-        }
-
-    def _depths(
-        self, p: Penetration, output: Output, heights: Mapping[str, float]
-    ) -> dict[str, float]:
-        surface = 2.0 * output.number("mean_height_m")
-        solid = p.grains * p.grain.volume / (p.floor_area * surface)
-        depth = surface + p.steel_radius - heights["final_height_m"]
-        return {
-            "final_depth_m": depth,
-            "largest_depth_m": surface + p.steel_radius - heights["lowest_height_m"],
-            "bed_solid_fraction": solid,
-        }
-
-    def columns(self, parameters: Penetration, output: Output) -> Mapping[str, Floats]:
+    def columns(self, p: Penetration, table: Table) -> dict[str, Floats]:
         """Return height [m], velocity [m/s] and deceleration [m/s2] of the sphere over time [s].
 
         A deceleration is the mean over the time from the row before to the row after.
         """
-        table = output.table(COLUMNS)
-        t, z, v = (table[name] for name in COLUMNS[:3])
+        t, z, v = (table[name] for name in SERIES[:3])
+        deceleration = np.gradient(v, t)
         return {
-            "time_s": t,
-            "height_m": z,
-            "velocity_m_per_s": v,
-            "deceleration_m_per_s2": np.gradient(v, t),
-        }
+            "time_s": t, "height_m": z, "velocity_m_per_s": v,
+            "deceleration_m_per_s2": deceleration,
+        }  # fmt: skip
 
-    def plane(self, parameters: Penetration) -> tuple[float, Sequence[Line]]:
+    def plane(self, p: Penetration) -> tuple[float, Sequence[Line]]:
         """Return the box through the sphere."""
-        (length, width), top = (
-            parameters.box,
-            parameters.start_height + 2.0 * parameters.steel_radius,
-        )
+        (length, width), top = p.box, p.start_height + 2.0 * p.steel_radius
         return 0.5 * width, [((0.0, 0.0, length, length), (top, 0.0, 0.0, top))]
 
-    def elastic_bound(self, parameters: Penetration, sample: Sample) -> float:
+    def elastic_bound(self, p: Penetration, sample: Sample) -> float:
         """Return the bound over the kinetic energy of the sphere at its release."""
-        return parameters.largest_elastic_energy / parameters.impact_energy
+        return p.largest_elastic_energy / p.impact_energy
 
 
 CASE = PenetrationCase()

@@ -7,23 +7,33 @@ rate is compared with Beverloo's law, the load of the bed at rest with Janssen's
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Check, Quantity, Value
-from harness.cases.bulk import beds
-from harness.cases.bulk.base import BED_STATE, ELASTIC, WALL_TIME, BulkCase, Setup, seed_setups
+from harness.cases.bulk import (
+    BED_STATE,
+    ELASTIC,
+    WALL_TIME,
+    BulkCase,
+    Curve,
+    Line,
+    Setup,
+    beds,
+    check_grains,
+    energy_rise,
+    seed_setups,
+)
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, lattice_sites, level_bed
-from harness.cases.bulk.report import Curve, Line
-from harness.cases.bulk.samples import Sample, check_grains, energy_rise, read_series, time_per_step
+from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
 from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.results.rows import Kind
 
-COLUMNS = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
+SERIES = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
 # shares of the grains that have left between which the discharge is steady: after its beginning,
 # and while the bed is higher than the cone
 STEADY = 0.1, 0.6
@@ -68,9 +78,9 @@ class Silo(BedOfOneKind):
         return self.layers * int((x[:, None] ** 2 + x**2 <= reach**2).sum())
 
     @property
-    def impact_speed(self) -> float:
-        """Return the speed of the highest grain at the orifice [m/s]."""
-        return math.sqrt(2.0 * self.gravity * (self.layers * self.pitch + self.cone_height))
+    def fall(self) -> float:
+        """Return the height of the highest grain above the orifice [m]."""
+        return self.layers * self.pitch + self.cone_height
 
     @property
     def floor_area(self) -> float:
@@ -121,7 +131,7 @@ def janssen_share(height: float, radius: float, friction: float, ratio: float) -
     return 1.0 + math.expm1(-x) / x if x > 0.0 else 0.0
 
 
-# ---- what a run shows
+# ---- a run
 
 
 def discharge(p: Silo, table: Table) -> dict[str, float]:
@@ -134,7 +144,13 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
     t, remaining = (table[name][after] for name in ("time_s", "remaining"))
     gone = 1.0 - remaining / p.grains
     if gone[-1] < STEADY[1]:
-        raise EngineUndecidedError(f"undecided: {_blockage(p, t, remaining)}", {})
+        last = t[remaining == remaining[-1]][0]
+        raise EngineUndecidedError(
+            f"undecided: arching, or duration = {p.duration:g} s is too short: {remaining[-1]:.0f} "
+            f"grains of {p.grains} remain, the last one left at {last:.3g} s; orifice_radius = "
+            f"{p.orifice_radius:g} m is {p.orifice_radius / p.radius:.3g} radii of a grain",
+            {},
+        )
     steady = (gone >= STEADY[0]) & (gone <= STEADY[1])
     slope = np.polyfit(t[steady], remaining[steady], 1)[0]
     return {
@@ -145,15 +161,17 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
     }
 
 
-def _blockage(p: Silo, t: Floats, remaining: Floats) -> str:
-    number = f"{remaining[-1]:.0f} grains of {p.grains} remain"
-    stopped = t[remaining == remaining[-1]][0]
-    if t[-1] - stopped < 0.1 * p.duration:
-        return f"{number} and still run out at the end; duration = {p.duration:g} s is too short"
-    return (
-        f"arching: {number}, none has left since {stopped:.3g} s; orifice_radius = "
-        f"{p.orifice_radius:g} m is {p.orifice_radius / p.radius:.3g} radii of a grain"
-    )
+def loads(p: Silo, output: Output, surface: float, volume: float) -> dict[str, float]:
+    """Return loads of the walls over the weight; ``surface`` [m], ``volume`` [m3] of the bed."""
+    shaft, cone, floor = (output.number(f"{w}_N") / p.weight for w in ("shaft", "cone", "floor"))
+    height = max(surface - p.cone_height, 0.0)
+    share = janssen_share(height, p.silo_radius, p.steel_friction, STRESS_RATIO)
+    in_cylinder = 1.0 - p.cone_volume / volume if height else 0.0
+    return {
+        "shaft_load_ratio": shaft,
+        "walls_load_ratio": shaft + cone + floor,
+        "janssen_load_ratio": share * in_cylinder,
+    }
 
 
 def arching_share(sample: Sample) -> Value:
@@ -178,6 +196,7 @@ class SiloCase(BulkCase[Silo]):
         "(2024). Grains start at the same places in each code."
     )
     parameters = Silo
+    series = SERIES
     quantities = (
         Quantity("discharge_rate_per_s", "1/s", "slope of the number that remains, while 10 % to "
                  "60 % have left", 1e3),
@@ -223,22 +242,16 @@ class SiloCase(BulkCase[Silo]):
     gain = "energy_rise_ratio"
     rest_scale = "the energy of the flow"
 
-    def measure(self, parameters: Silo, output: Output) -> Mapping[str, float]:
-        """Return rate, energies, density and loads of the bed.
-
-        Raise EngineLostAtomsError for a grain beyond a wall, EngineUndecidedError for an arch.
-        """
-        p = parameters
-        table = read_series(p, output, COLUMNS)
+    def quantities_of(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
+        """Return rate, energies, density and loads of the bed; raise for an arch."""
         check_grains(p, output, table, "beyond the walls")
-        flow = discharge(p, table)
-        mean_height = output.number("mean_height_m")
+        flow, mean_height = discharge(p, table), output.number("mean_height_m")
         surface, volume = level_bed(p.section, 0.0, 10.0 * mean_height + p.cone_height, mean_height)
         solid = p.grains * p.grain.volume / volume
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
         above = p.weight * mean_height
-        elastic = {ELASTIC: output.number("elastic_J") / above} if output.has("elastic_J") else {}
         steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
+        elastic = {ELASTIC: output.number("elastic_J") / above} if output.has("elastic_J") else {}
         return {
             **flow,
             "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
@@ -248,37 +261,22 @@ class SiloCase(BulkCase[Silo]):
             "bed_height_m": surface,
             "bed_solid_fraction": solid,
             "bed_coordination": output.number("coordination"),
-            **self._loads(p, output, surface, volume),
-            **time_per_step(p, output, table),
+            **loads(p, output, surface, volume),
         }
 
-    def _loads(self, p: Silo, output: Output, surface: float, volume: float) -> dict[str, float]:
-        loads = [output.number(f"{wall}_N") / p.weight for wall in ("shaft", "cone", "floor")]
-        height = max(surface - p.cone_height, 0.0)
-        share = janssen_share(height, p.silo_radius, p.steel_friction, STRESS_RATIO)
-        in_cylinder = 1.0 - p.cone_volume / volume if height else 0.0
-        return {
-            "shaft_load_ratio": loads[0],
-            "walls_load_ratio": sum(loads),
-            "janssen_load_ratio": share * in_cylinder,
-        }
-
-    def columns(self, parameters: Silo, output: Output) -> Mapping[str, Floats]:
+    def columns(self, p: Silo, table: Table) -> dict[str, Floats]:
         """Return time [s] and the number that remains."""
-        table = output.table(COLUMNS)
         return {name: table[name] for name in ("time_s", "remaining")}
 
-    def plane(self, parameters: Silo) -> tuple[float, Sequence[Line]]:
+    def plane(self, p: Silo) -> tuple[float, Sequence[Line]]:
         """Return the silo through its axis."""
-        p = parameters
         radii = (p.silo_radius, p.silo_radius, p.orifice_radius)
         heights = (p.layers * p.pitch, 0.0, -p.cone_height)
         return 0.0, [([side * radius for radius in radii], heights) for side in (-1.0, 1.0)]
 
-    def elastic_bound(self, parameters: Silo, sample: Sample) -> float:
+    def elastic_bound(self, p: Silo, sample: Sample) -> float:
         """Return the bound over the potential energy of the bed above the orifice."""
-        above = 0.5 * parameters.weight * sample.mean("bed_height_m")
-        return parameters.largest_elastic_energy / above
+        return p.largest_elastic_energy / (0.5 * p.weight * sample.mean("bed_height_m"))
 
     def more_checks(self, setup: Setup[Silo]) -> Iterable[Check]:
         """Return arching, Beverloo's factor and Janssen's load, all findings."""

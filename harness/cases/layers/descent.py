@@ -14,14 +14,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from harness.cases.base import Check, Level, Quantity
-from harness.cases.layers.packing import (
-    PREPARED,
-    Floats,
-    Packing,
-    PackingCase,
-    check_base,
-    middle_half,
-)
+from harness.cases.layers import PREPARED, Floats, Packing, PackingCase, check_base, middle_half
 from harness.engines.base import Engine
 from harness.engines.output import Output
 from harness.errors import EngineOutputError, EngineUndecidedError

@@ -14,21 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
-from harness.cases.layers.packing import (
-    PREPARED,
-    Floats,
-    Packing,
-    PackingCase,
-    check_base,
-    middle_half,
-)
+from harness.cases.layers import PREPARED, Floats, Packing, PackingCase, check_base, middle_half
 from harness.engines.base import Engine
 from harness.engines.output import Output
 from harness.errors import EngineError, EngineOutputError, EngineUndecidedError
@@ -119,6 +112,11 @@ class Measurement:
         return cls(p, blocks, height, table, *numbers, float(p.length * p.width))
 
     @property
+    def mean(self) -> dict[str, Floats]:
+        """Return the sums over slices averaged over the blocks, each (slices,)."""
+        return {name: values.mean(axis=0) for name, values in self.sums.items()}
+
+    @property
     def drift(self) -> tuple[float, float]:
         """Return the change of the kinetic energy over its mean, and the half width of 99 %.
 
@@ -143,32 +141,26 @@ class Measurement:
 
     def profile(self) -> dict[str, Floats]:
         """Return the profile, each (slices,), with uncertainties by the scatter of the blocks."""
-        profile, each = self._profile(), [self._profile(k) for k in range(len(self.blocks))]
-        for name in UNCERTAIN:
-            scatter = np.std([of_block[name] for of_block in each], axis=0, ddof=1)
-            profile[f"{name}_uncertainty"] = np.asarray(_half_width(len(each)) * scatter)
-        return profile
+        profile, each = self._profile(self.mean), self._profile(self.sums)
+        more = {f"{name}_uncertainty": uncertainty_of(each[name]) for name in UNCERTAIN}
+        return {"height": self.height, **profile, **more}
 
-    def _profile(self, block: int | None = None) -> dict[str, Floats]:
-        """Return the profile of a block, or of the mean of all, over windows of a diameter."""
-        sums = {n: v.mean(axis=0) if block is None else v[block] for n, v in self.sums.items()}
-        mass = np.where(sums["mass"] > 0.0, sums["mass"], np.nan)
-        moving = sums["momentum"] * np.nan_to_num(sums["momentum"] / mass)  # mean flow of a slice
+    def _profile(self, sums: Mapping[str, Floats]) -> dict[str, Floats]:
+        """Return the profile of sums (..., slices), over windows of a diameter."""
+        mass, momentum, volume = sums["mass"], sums["momentum"], self.area * SLICE * WINDOW
+        moving = momentum * np.nan_to_num(momentum / _filled(mass))  # mean flow of a slice
         kinetic = {"xx": sums["mxx"] - moving, "yy": sums["myy"], "zz": sums["mzz"]}
-        volume = self.area * SLICE * WINDOW
-        total = _windowed(sums["mass"])
-        filled = np.where(total > 0.0, total, np.nan)
-        flow = _windowed(sums["momentum"]) / filled
+        total = _filled(_windowed(mass))
+        flow = _windowed(momentum) / total
         normal = _windowed(kinetic["zz"] - sums["virial_zz"]) / volume
         shear = -_windowed(sums["mxz"] - sums["virial_xz"]) / volume
-        above = (np.cumsum(sums["mass"][::-1])[::-1] - 0.5 * sums["mass"]) / self.area
-        rate = np.gradient(flow, SLICE)
+        above = (np.cumsum(mass[..., ::-1], axis=-1)[..., ::-1] - 0.5 * mass) / self.area
+        rate = np.gradient(flow, SLICE, axis=-1)
         with np.errstate(invalid="ignore", divide="ignore"):
             return {
-                "height": self.height,
                 "solid_fraction": _windowed(sums["volume"]) / volume,
                 "velocity": flow,
-                "granular_temperature": _windowed(sum(kinetic.values())) / (3.0 * filled),
+                "granular_temperature": _windowed(sum(kinetic.values())) / (3.0 * total),
                 "shear_rate": rate,
                 "normal_stress": normal,
                 "shear_stress": shear,
@@ -179,13 +171,6 @@ class Measurement:
 
     def quantities(self) -> dict[str, float]:
         """Return the declared quantities but for the steps."""
-        values, each = self._means(), [self._middle(k) for k in range(len(self.blocks))]
-        for name, value in self._middle().items():
-            uncertainty = uncertainty_of([of_block[name] for of_block in each])
-            values |= {name: value, f"{name}_uncertainty": uncertainty}
-        return values
-
-    def _means(self) -> dict[str, float]:
         _, speed, _, touching, height, along, out, first, last, *levers = self.blocks.T
         p, tilt, drift = self.parameters, math.radians(self.parameters.angle), self.drift
         weight = self.mass * math.sin(tilt), self.mass * math.cos(tilt)
@@ -198,17 +183,17 @@ class Measurement:
             (moment * math.sin(tilt) - levers[0].mean()) / (area * p.length),
             (moment * math.cos(tilt) + levers[1].mean()) / (area * p.length),
         )
-        profile = self._profile()
+        profile = self._profile(self.mean)
         shear, normal = (
             float(profile[name].sum() * SLICE) for name in ("shear_stress", "normal_stress")
         )
         return {
             "mean_speed": float(speed.mean()),
-            "mean_speed_uncertainty": uncertainty_of(speed),
+            "mean_speed_uncertainty": float(uncertainty_of(speed)),
             "coordination": float(touching.mean()),
             "mean_height": float(height.mean()),
             "mu": float(along.sum() / -out.sum()),
-            "mu_uncertainty": uncertainty_of(along / -out),
+            "mu_uncertainty": float(uncertainty_of(along / -out)),
             "mu_of_contacts": shear / normal,
             "momentum_balance": float((along + gained).mean() / weight[0]),
             "weight_on_base": float(-out.mean() / weight[1]),
@@ -216,14 +201,23 @@ class Measurement:
             "normal_stress_balance": normal / moments[1],
             "kinetic_energy_drift": drift[0],
             "kinetic_energy_drift_uncertainty": drift[1],
+            **self._middle_means(),
         }
 
-    def _middle(self, block: int | None = None) -> dict[str, float]:
-        """Return means between the quartiles of the grains' heights of a block, or of all."""
-        counts, profile = self.sums["count"], self._profile(block)
-        count = counts.mean(axis=0) if block is None else counts[block]
+    def _middle_means(self) -> dict[str, float]:
+        """Return means between the quartiles of the grains' heights, with uncertainties."""
+        each = [{name: v[k] for name, v in self.sums.items()} for k in range(len(self.blocks))]
+        blocks = [self._middle(sums) for sums in each]
+        values = self._middle(self.mean)
+        for name in [*values]:
+            scatter = uncertainty_of(np.array([block[name] for block in blocks]))
+            values[f"{name}_uncertainty"] = float(scatter)
+        return values
+
+    def _middle(self, sums: Mapping[str, Floats]) -> dict[str, float]:
+        count, profile = sums["count"], self._profile(sums)
         middle = middle_half(count)
-        height, speed = profile["height"][middle], profile["velocity"][middle]
+        height, speed = self.height[middle], profile["velocity"][middle]
         rate = float(np.polyfit(height, speed, 1, w=np.sqrt(count[middle]))[0])
         names = ("solid_fraction", "granular_temperature", "normal_stress")
         fraction, temperature, pressure = (float(np.mean(profile[n][middle])) for n in names)
@@ -236,22 +230,23 @@ class Measurement:
         }
 
 
-def _windowed(values: Floats) -> Floats:
-    """Return the sums over :data:`WINDOW` slices about each, (slices,)."""
-    kernel = np.concatenate([[0.5], np.ones(WINDOW - 1), [0.5]])
-    return np.convolve(values, kernel, mode="same")
-
-
-def uncertainty_of(values: Sequence[float] | Floats) -> float:
-    """Return the half width of the 95 % interval of the mean of independent values."""
-    return _half_width(len(values)) * float(np.std(values, ddof=1))
-
-
-def _half_width(count: int) -> float:
-    """Return the half width of the 95 % interval of a mean of so many, over their scatter."""
+def uncertainty_of(values: Floats) -> Floats:
+    """Return the half width of the 95 % interval of the mean of independent values (N, ...)."""
     from scipy import stats
 
-    return float(stats.t.ppf(0.975, count - 1)) / math.sqrt(count)
+    count = len(values)
+    half_width = float(stats.t.ppf(0.975, count - 1)) / math.sqrt(count)
+    return np.asarray(half_width * np.std(values, axis=0, ddof=1))
+
+
+def _windowed(values: Any) -> Floats:
+    """Return the sums over :data:`WINDOW` slices about each, (..., slices)."""
+    kernel = np.concatenate([[0.5], np.ones(WINDOW - 1), [0.5]])
+    return np.apply_along_axis(np.convolve, -1, values, kernel, mode="same")
+
+
+def _filled(mass: Floats) -> Floats:
+    return np.where(mass > 0.0, mass, np.nan)
 
 
 # ---- the case

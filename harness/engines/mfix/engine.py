@@ -1,4 +1,4 @@
-"""MFiX-DEM as an engine of the harness: the batch solver that a user builds, its inputs and runs.
+"""MFiX-DEM as an engine of the harness: the batch solver that a user builds, and its runs.
 
 ``scenes.py`` has a scene in MFiX's terms, and reads the motion from what it writes.
 """
@@ -10,14 +10,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from harness.engines.base import Job, Traits
 from harness.engines.mfix.scenes import (
     KEYWORDS,
     Scheme,
     System,
-    input_texts,
     motion,
     read_frames,
     rules,
@@ -42,13 +40,11 @@ from harness.errors import (
     EngineNaNError,
     EngineOutputError,
 )
+from harness.model.conventions import Rules
+from harness.model.scene import Motion, Scene
 
-if TYPE_CHECKING:
-    from harness.model.conventions import Rules
-    from harness.model.scene import Motion, Scene
-
-REFUSAL = re.compile(r"(?im)^.*\berror \d+:.*$|^ *(?:Illegal|Invalid|Required input)\b.*$")
 STRETCHES = (8.0, 32.0, 128.0, 512.0)  # [sqrt(d/g)] to run first: MFiX cannot stop early
+REFUSAL = re.compile(r"(?im)^.*\berror \d+:.*$|^ *(?:Illegal|Invalid|Required input)\b.*$")
 
 
 class Mfix(ProgramEngine):
@@ -103,10 +99,7 @@ class Mfix(ProgramEngine):
 
     def script_text(self, job: Job) -> str:
         """Return the inputs of a job, one after the other: of its longest run."""
-        if job.scene is None:
-            return ""
-        texts = input_texts(self._systems(self.scene_of(job))[-1])
-        return "\n".join(f"# {name}\n{text}" for name, text in texts.items())
+        return "" if job.scene is None else self._systems(self.scene_of(job))[-1].text
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of each scene, a process for each, or the error of its run."""
@@ -124,25 +117,23 @@ class Mfix(ProgramEngine):
         """Run ever longer stretches, until a look at the first body ends the run."""
         try:
             for system in self._systems(scene):
-                path = self._solve(system)
-                if path.stages is None or decided(scene, path.stages):
+                found = self._solve(system)
+                if found.stages is None or decided(scene, found.stages):
                     break
         except EngineError as error:
             return error
-        return path
+        return found
 
     def _solve(self, system: System) -> Motion:
         """Run a system in a fresh folder, where no restart file stops it."""
-        texts = input_texts(system)
         with fresh_folder() as folder:
-            for file, text in texts.items():
+            for file, text in system.inputs.items():
                 (folder / file).write_text(text, encoding="utf-8")
             ended = self.start([self.program, "-f", KEYWORDS], folder, self.limits.seconds)
-            log = "\n".join(f"# {file}\n{text}" for file, text in texts.items()) + ended.output
             try:
                 return self._read(system, folder, ended)
             except EngineError as error:
-                raise error.with_log(log) from None
+                raise error.with_log(system.text + ended.output) from None
 
     def _read(self, system: System, folder: Path, ended: Ended) -> Motion:
         """Return the motion of a run; raise EngineError for one that failed."""

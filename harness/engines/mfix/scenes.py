@@ -1,4 +1,4 @@
-"""Scenes in MFiX's terms: rows, lines along gravity, and drops on level spheres.
+"""Scenes in MFiX's terms: rows, lines along gravity, and drops on level spheres; its frames.
 
 No keyword of MFiX fixes a particle. A particle within a radius of a mass outflow takes the
 outflow's velocity and no forces (21.3.2, ``mass_outflow_dem.f``): at one of no velocity it stays,
@@ -41,13 +41,13 @@ UPRIGHT = np.array([[0.0, -1.0], [1.0, 0.0]])
 Scheme = Literal["EULER", "ADAMS_BASHFORTH"]  # ``DES_INTG_METHOD``
 # the part of h^2 a in the first step's displacement
 FIRST_STEP: dict[Scheme, float] = {"EULER": 1.0, "ADAMS_BASHFORTH": 0.5}
-
 LEAST_FACTOR = 10.0  # of ``DTSOLID_FACTOR`` (``check_solids_dem.f``)
 LEAST_RESTITUTION = 1e-20  # the source's; at 0 MFiX divides by zero
 BEHIND, BEYOND = 2, 2  # spheres of a row behind its first one, and beyond the last stage
 EQUAL = 1e-9  # relative difference of masses, or places, that are equal
 SEARCH_CELL = 2.4  # [d] the search looks half a cell about a particle, and must reach a diameter
 MOST_FRAMES = 100_000  # files that a run writes at most
+ROUNDINGS = 1.2e-6  # [box] ten roundings of a place in single precision
 TIME = re.compile(rb"<!-- Time =\s*([-+.\dEeDd]+)\s+sec")
 POINTS = re.compile(rb'NumberOfPoints="\s*(\d+)')
 ARRAY = re.compile(rb'<DataArray type="Float32" Name="([^"]+)"([^>]*)offset="\s*(\d+)\s*"')
@@ -88,6 +88,22 @@ class System:
     def mobile(self) -> int:
         """Return the number of mobile spheres."""
         return sum(body.motion == "free" for body in self.scene.bodies)
+
+    @property
+    def text(self) -> str:
+        """Return the inputs, one after the other."""
+        return "\n".join(f"# {file}\n{text}" for file, text in self.inputs.items())
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """Return the texts of the inputs by the names of their files."""
+        values = self.keywords()
+        size = (0.5 * values["diameter"], values["density"])
+        spheres = zip(self.places.tolist(), self.start_velocity().tolist(), strict=True)
+        lines = (" ".join(map(_fortran, (*place, *size, *moves))) for place, moves in spheres)
+        written = {name: _fortran(value) for name, value in values.items()}
+        keywords = rendered([TEMPLATES], "mfix.dat.j2", written)
+        return {KEYWORDS: keywords, PARTICLES: "".join(f"{line}\n" for line in lines)}
 
     def start_velocity(self) -> Floats:
         """Return all velocities at the start [m/s], of fixed ones what their first step takes."""
@@ -130,17 +146,6 @@ class System:
         }
 
 
-def input_texts(system: System) -> dict[str, str]:
-    """Return the inputs of a system by their names."""
-    values = system.keywords()
-    size = (0.5 * values["diameter"], values["density"])
-    spheres = zip(system.places.tolist(), system.start_velocity().tolist(), strict=True)
-    lines = (" ".join(map(_fortran, (*place, *size, *moves))) for place, moves in spheres)
-    written = {name: _fortran(value) for name, value in values.items()}
-    keywords = rendered([TEMPLATES], "mfix.dat.j2", written)
-    return {KEYWORDS: keywords, PARTICLES: "".join(f"{line}\n" for line in lines)}
-
-
 def _fortran(value: Any) -> Any:
     """Return a float as the shortest Fortran double that reads back the same."""
     if not isinstance(value, float):
@@ -150,26 +155,25 @@ def _fortran(value: Any) -> Any:
     return f"{point}d{int(exponent)}" if exponent else point
 
 
-# ---- scenes that MFiX can hold
-
-
 def system_of(scene: Scene, steps: int, scheme: Scheme) -> System:
     """Return the system of the first ``steps`` of a scene.
 
     Raise Unsupported for a scene that MFiX cannot hold, or whose contacts it does not have.
     """
     _check_contacts(scene)
-    line = _is_line(scene)
+    across = [body.position[1] - scene.bodies[0].position[1] for body in scene.bodies]
+    across += [scene.gravity[1], *(body.velocity[1] for body in scene.bodies)]
+    line = len(scene.bodies) > 1 and not any(across)  # several spheres that move along x alone
     _check_places(scene, scheme, line=line)
     every = _interval(scene, steps, line=line)
     if scene.period[0] is not None:
         steps = every * math.ceil(steps / every)
         return System(scene, steps, every, scheme, line, *_row(scene))
     steps += line  # frames of forces are those of a step before
-    places = np.array([body.position[:2] for body in scene.bodies])
-    origin, box = (_line_box if line else _level_box)(scene, places, steps * scene.step)
-    places = places @ (UPRIGHT if line else np.eye(2)) + origin
-    return System(scene, steps, every, scheme, line, places, origin, box)
+    axes = UPRIGHT if line else np.eye(2)
+    places = np.array([body.position[:2] for body in scene.bodies]) @ axes
+    origin, box = _box(scene, places, axes, steps * scene.step)
+    return System(scene, steps, every, scheme, line, places + origin, origin, box)
 
 
 def _check_contacts(scene: Scene) -> None:
@@ -190,16 +194,17 @@ def _check_contacts(scene: Scene) -> None:
         (scene.segments or scene.setups, "takes one run under its forces"),
         (any(across), "takes spheres in the plane of x and y that do not turn"),
         (unequal, "its spheres have one diameter and one mass"),
+        (any(body.motion != "free" and any(body.velocity) for body in bodies),
+         "its fixed spheres are at rest"),
         (damped and law.clipped, "keeps the attractive tail (clipped = False)"),
         (damped and any(body.motion == "frozen" for body in bodies),
          "counts a fixed sphere with its own mass in m*: effective mass half, motion = held"),
     )  # fmt: skip
     log = math.log(LEAST_RESTITUTION)
-    most, factor = -log / math.hypot(math.pi, log), LEAST_FACTOR * (1.0 - EQUAL)
-    moved = any(body.motion != "free" and any(body.velocity) for body in bodies)
-    if moved or not _damping_ratio(scene) <= most * (1.0 + EQUAL):
+    most = -log / math.hypot(math.pi, log)
+    if not _damping_ratio(scene) <= most * (1.0 + EQUAL):
         raise Unsupported(f"takes damping ratios up to {most:.6g} (restitution 1e-20)")
-    if not _factor(scene) >= factor:
+    if not _factor(scene) >= LEAST_FACTOR * (1.0 - EQUAL):
         raise Unsupported(
             f"takes a DTSOLID_FACTOR of {LEAST_FACTOR:g} or more, not {_factor(scene):.4g}: the "
             f"step must be at most {scene.step * _factor(scene) / LEAST_FACTOR:.6g} s here"
@@ -218,14 +223,6 @@ def _factor(scene: Scene) -> float:
     """Return MFiX's steps of a damped contact of m/2."""
     omega = math.sqrt(2.0 * (scene.law.normal_stiffness or 0.0) / scene.bodies[0].mass)
     return math.pi / (omega * math.sqrt(1.0 - _damping_ratio(scene) ** 2)) / scene.step
-
-
-def _is_line(scene: Scene) -> bool:
-    """Return whether several spheres move along x alone."""
-    across = [scene.gravity[1]]
-    for body in scene.bodies:
-        across += [body.velocity[1], body.position[1] - scene.bodies[0].position[1]]
-    return len(scene.bodies) > 1 and not any(across)
 
 
 def _check_places(scene: Scene, scheme: Scheme, *, line: bool) -> None:
@@ -261,14 +258,12 @@ def _interval(scene: Scene, steps: int, *, line: bool) -> int:
     Raise Unsupported where that makes too many files.
     """
     every = 1 if line else scene.every
-    if line and steps > MOST_FRAMES:
-        raise Unsupported(f"steps = {steps}: a line takes at most {MOST_FRAMES}")
     if scene.stages:
         sampled = scene.every < scene.steps
         rarer = 1 if sampled else math.ceil(steps / (LOOK * MOST_FRAMES))
         every = math.gcd(scene.every, LOOK) if sampled else LOOK * rarer
     if steps > MOST_FRAMES * every:
-        raise Unsupported(f"every = {every} steps: it writes more than {MOST_FRAMES} files")
+        raise Unsupported(f"writes at most {MOST_FRAMES} files, not each {every} of {steps} steps")
     return every
 
 
@@ -283,24 +278,18 @@ def _row(scene: Scene) -> tuple[Floats, Pair, Pair]:
     return np.vstack([place[0] + lift, row]) + origin, origin, ((len(number) + 2) * d, 6.0 * d)
 
 
-def _line_box(scene: Scene, place: Floats, time: float) -> tuple[Pair, Pair]:
-    """Return origin and box of an upright line, for a time [s]."""
-    d, speed = 2.0 * scene.bodies[0].radius, max(abs(body.velocity[0]) for body in scene.bodies)
-    top = 0.5 * d + float(place[-1, 0] - place[0, 0])
-    return (2.0 * d, top + float(place[0, 0])), (4.0 * d, top + 2.0 * d + speed * time)
-
-
-def _level_box(scene: Scene, place: Floats, time: float) -> tuple[Pair, Pair]:
+def _box(scene: Scene, place: Floats, axes: Floats, time: float) -> tuple[Pair, Pair]:
     """Return origin and box of spheres over fixed ones on its floor, for a time [s]."""
-    d, (gx, gy, _) = 2.0 * scene.bodies[0].radius, scene.gravity
+    d, gravity = 2.0 * scene.bodies[0].radius, np.array(scene.gravity[:2]) @ axes
     fixed = [body.motion != "free" for body in scene.bodies]
-    x0, y0 = (float(value) for value in place[fixed].min(axis=0))
-    x, y = place[:, 0] - x0, place[:, 1] - y0
-    flight = np.abs([body.velocity[:2] for body in scene.bodies]).max(axis=0) * time
-    flight = flight + 0.5 * np.maximum([abs(gx), gy], 0.0) * time**2
+    low = place[fixed].min(axis=0)
+    x, y = (place - low).T
+    speed = np.abs([body.velocity[:2] for body in scene.bodies] @ axes).max(axis=0)
+    flight = speed * time + 0.5 * np.maximum([abs(gravity[0]), gravity[1]], 0.0) * time**2
     reach = float(flight[0]) + 3.0 * d
-    origin = (reach - min(float(x.min()), 0.0) - x0, 0.5 * d - y0)
-    return origin, (float(np.ptp(x)) + 2.0 * reach, 2.5 * d + max(float(y.max()), d) + flight[1])
+    origin = (reach - min(float(x.min()), 0.0) - float(low[0]), 0.5 * d - float(low[1]))
+    height = 2.5 * d + max(float(y.max()), d) + float(flight[1])
+    return origin, (float(np.ptp(x)) + 2.0 * reach, height)
 
 
 # ---- frames
@@ -433,10 +422,11 @@ def _check(system: System, clock: list[float], states: list[dict[int, Floats]]) 
         )
     if not system.scene.stages and clock[-1] < system.steps - 0.5:
         raise EngineOutputError(f"MFiX ended at step {clock[-1]:.0f} of {system.steps}")
+    fixed = range(system.mobile + 1, len(system.places) + 1)
     for state in states[1:2] + states[-1:]:  # a particle that is held is not written
-        for number in state.keys() & set(range(system.mobile + 1, len(system.places) + 1)):
+        for number in state.keys() & {*fixed}:
             moved = state[number][:2] - system.places[number - 1]
-            if np.hypot(*moved) > 1.2e-6 * max(system.box):  # ten roundings in single precision
+            if np.hypot(*moved) > ROUNDINGS * max(system.box):
                 raise EngineOutputError(
                     "MFiX moved a sphere that is to be held at a mass outflow of no velocity"
                 )

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from harness.cases.bulk import drum, penetration
-from harness.cases.bulk.beds import PUBLISHED, RAYLEIGH_SHARE, Sphere, find_contacts, level_bed
+from harness.cases.bulk.beds import PUBLISHED, RAYLEIGH_SHARE, Sphere, level_bed
 from harness.engines.lammps.engine import Lammps
 from harness.engines.output import results_in
 from harness.engines.registry import engine_class
@@ -99,8 +99,8 @@ def test_lammps_has_the_contacts_of_the_published_bed_and_the_sphere_at_its_offs
     p = case.presets[PUBLISHED].replace(duration=5e-6, offset=4e-3)
     output = lammps.run([case.job(p)])[0]
     radius, *places = penetration.BED.rows().T
-    contacts = find_contacts(np.transpose(places), radius)
-    assert output.number("coordination") == pytest.approx(2 * len(contacts.i) / p.grains, rel=1e-3)
+    contacts = drum.find_contacts(np.transpose(places), radius)
+    assert output.number("coordination") == pytest.approx(2 * len(contacts[0]) / p.grains, rel=1e-3)
     assert output.number("mean_height_m") == pytest.approx(places[2].mean(), rel=1e-6)
     (film,) = lammps.run([case.film_job(p, 2)])
     sphere = np.argmax(film.tables["series"]["radius_m"][0])
@@ -228,8 +228,8 @@ def test_pairs_of_a_drum_that_touch_and_what_they_hold_are_those_of_all_pairs():
     young = np.where(radii == p.large_radius, p.large_youngs_modulus, p.small_youngs_modulus)
     walls = p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - abs(y)
     held, pairs = spring_energy(places, radii, young, walls, p.steel_youngs_modulus)
-    contacts = find_contacts(places, radii)
-    assert {*zip(contacts.i, contacts.j, strict=True)} == pairs
+    contacts = drum.find_contacts(places, radii)
+    assert {*zip(*contacts[:2], strict=True)} == pairs
     assert drum.elastic_energy(p, places, contacts) == pytest.approx(held, rel=1e-12)
 
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from harness.cases.bench import Bench
-from harness.cases.bulk.law import bulk_law, stated_law, with_tail
-from harness.cases.bulk.report import plane_section
+from harness.cases.bulk import plane_discs
+from harness.cases.bulk.comparison import bulk_law, stated_law, with_tail
 from harness.model.law import damping_ratio
 from harness.results.rows import Failure, Verdict
 from tests.cases.bulk.doubles import CASES, StandIn, comparison_rows, made, own_rows
@@ -262,12 +262,12 @@ def test_a_particle_is_the_circle_that_the_plane_cuts_from_it():
     frames = made({"step": np.array([5.0, 10.0, 20.0]), "radius_m": radius, **columns})
     lines = [((0.0, 1e-2, 1e-2), (0.0, 0.0, 1e-2))]
     time = 1e-3 * (frames.table(("step",))["step"] - 10)
-    discs = plane_section("grains", frames, time, 0.6e-3, lines)
+    discs = plane_discs("grains", frames, time, 0.6e-3, lines)
     assert discs.time == pytest.approx([0.0, 0.01])  # from the release on
     # the plane is 0.6 mm from the grains' centres: sqrt(1 - 0.6^2) = 0.8
     assert discs.radius[0] == pytest.approx([0.8e-3] * 8 + [2e-3])
     assert (discs.x[1, 8], discs.y[1, 8]) == pytest.approx((5e-3, 3e-3))
     assert discs.value[1].tolist() == discs.value[0].tolist() == discs.y[0].tolist()
     assert discs.lines.tolist() == [[[0, 0], [1e-2, 0]], [[1e-2, 0], [1e-2, 1e-2]]]
-    next_to = plane_section("grains", frames, time, 1.5e-3, lines)
+    next_to = plane_discs("grains", frames, time, 1.5e-3, lines)
     assert next_to.radius[0] == pytest.approx([0.0] * 8 + [1e-3 * np.sqrt(4 - 0.81)])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.bulk.drum import COLUMNS, Drum, energy_and_work
+from harness.cases.bulk.drum import Drum, energy_and_work
 from harness.cases.bulk.heap import Heap
 from harness.cases.bulk.silo import Silo
 from harness.engines.base import Job
@@ -200,7 +200,7 @@ def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces(rol
     p = TINY_DRUM.replace(turn=120.0, rolling_friction=rolling_friction)
     (found,) = run(changed(Lammps, with_power), DRUM.job(p))
     work = found.number("power") * p.steps * p.step_size
-    _, done = energy_and_work(p, found.table(COLUMNS))
+    _, done = energy_and_work(p, found.table(DRUM.series))
     assert done[-1] == pytest.approx(work, rel=0.02)
 
 

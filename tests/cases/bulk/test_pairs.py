@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from harness.cases.bulk.law import bulk_law, stated_law, with_tail
+from harness.cases.bulk.comparison import bulk_law, stated_law, with_tail
 from harness.cases.bulk.penetration import CASE, Penetration
 from harness.engines.base import Job
 from harness.engines.registry import engine_class

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from harness.cases.bulk import energy_rise
 from harness.cases.bulk.drum import Drum, energy_and_work, surface_angle
 from harness.cases.bulk.heap import Heap, columns_over_sill, slope_angles
 from harness.cases.bulk.penetration import Penetration
-from harness.cases.bulk.samples import energy_rise
 from harness.cases.bulk.silo import (
     BEVERLOO_MARGIN,
     STRESS_RATIO,
@@ -56,13 +56,19 @@ LOST, OUTPUT, UNDECIDED = EngineLostAtomsError, EngineOutputError, EngineUndecid
 WRONG = [  # case, series, changed results, error, its words
     ("silo", lambda: astray("silo", 100), {}, LOST, r"a grain is beyond the walls at 0.202 s"),
     ("silo", None, {"grains": 1199}, LOST, r"beyond the walls at 0 s: the walls leave a hole"),
-    ("silo", None, {"grains": 1201}, OUTPUT, "began with 1201 grains of 1200"),
+    ("silo", None, {"grains": 1201}, OUTPUT, "grains = 1201"),
     ("silo", cut_silo, {}, OUTPUT, "lacks rows"),
-    ("silo", None, {"stop": 900.0}, UNDECIDED, "arching: 900 grains of 1200 remain, none has"),
-    ("silo", None, {"rate": 500.0}, UNDECIDED, "duration = 1 s is too short"),
+    (
+        "silo",
+        None,
+        {"stop": 900.0},
+        UNDECIDED,
+        "arching, .* 900 grains of 1200 remain",
+    ),
+    ("silo", None, {"rate": 500.0}, UNDECIDED, "duration = 1 s is too short: .* left at 1 s"),
     ("heap", lambda: astray("heap", 50), {}, LOST, r"through the glued layer at 0.918 s"),
     ("heap", None, {"grains": 1151}, LOST, r"through the glued layer at 0 s"),
-    ("heap", None, {"grains": 1153}, OUTPUT, "began with 1153 grains of 1152"),
+    ("heap", None, {"grains": 1153}, OUTPUT, "grains = 1153"),
     ("heap", None, {"running": 10}, UNDECIDED, "still moves: 10 grains ran off in"),
     ("heap", None, {"mean_height_m": 0.013}, UNDECIDED, "no ridge: .* layers = 24 are too few for"),
     ("penetration", None, {"outside": 1}, LOST, "a particle passed a wall at step_size = 5e-06"),

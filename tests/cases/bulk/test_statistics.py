@@ -7,14 +7,14 @@ import pytest
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from harness.cases.bulk.drum import lacey_index, surface_angle
-from harness.cases.bulk.samples import (
+from harness.cases.bulk.comparison import (
     EQUIVALENT,
     Sample,
     mean_interval,
     ratio_of_means,
     same_shares,
 )
+from harness.cases.bulk.drum import lacey_index, surface_angle
 from harness.errors import Unsupported
 from harness.results.rows import Row, Verdict, judge
 

@@ -10,8 +10,8 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
+from harness.cases.layers import script_values
 from harness.cases.layers.descent import CASE, SMALL_FLOW, Layers, profile_in
-from harness.cases.layers.packing import script_values
 from harness.engines import output as outputs
 from harness.engines.lammps.engine import Lammps
 from harness.errors import (
