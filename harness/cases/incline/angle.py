@@ -47,6 +47,7 @@ REFERENCE = Provenance("reference", __version__, how="compiled")
 STEP_EXPONENTS, STIFFNESS_EXPONENTS = (1.0,), (1.0, 1.5)
 SLIDING_EXPONENTS = (0.5, 1.0)  # of the stiffness, where shocks slide
 RUNS: dict[Route, int] = {"passage": 12, "steady": 16}  # of a search, about
+DIGITS = 15  # of an engine whose margins are the reference's to round-off
 
 
 def critical_angle(
@@ -109,8 +110,13 @@ def extrapolated_critical_angle(
 def angle_on(
     bench: Bench, case: Incline, method: Route = "passage", tolerance_deg: float | None = None
 ) -> CriticalAngle:
-    """Return the critical angle of a case in the engine of a bench."""
-    return search(engine_measure(bench, method), prepared(case, method), method, tolerance_deg)
+    """Return the critical angle of a case in the engine of a bench.
+
+    The reference guides a search where the engine writes as many digits.
+    """
+    measure, case = engine_measure(bench, method), prepared(case, method)
+    guide = reference_measure(bench, method) if bench.engine.traits.digits >= DIGITS else None
+    return search(measure, case, method, tolerance_deg, reference=guide)
 
 
 def reference_angle(bench: Bench, case: Incline) -> CriticalAngle:
@@ -168,11 +174,10 @@ def reference_measure(bench: Bench, route: Route) -> Measure:
 
     Raise Unsupported for a case that the engine cannot run.
     """
-    from harness.solvers import reference
 
     def run(case: Incline) -> Run:
         scene = scene_of(case, route)
-        tables = motion_tables(reference.run(scene, bench.rules(scene)), scene, sampled=False)
+        tables = motion_tables(bench.reference(scene), scene, sampled=False)
         return read(case, route, Output((), REFERENCE, tables, title="the reference"))
 
     return lambda cases: parallel_map(run, cases, cores())
