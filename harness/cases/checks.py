@@ -17,9 +17,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from harness.cases.base import LEVELS, Case, CaseError, Check, Level, Value
+from harness.cases.base import LEVELS, Case, CaseError, Check, Level, Quantity, Value
 from harness.cases.bench import Bench
 from harness.engines.base import Engine
 from harness.engines.process import cores, parallel_map
@@ -83,9 +83,9 @@ def selected(case: str, checks: Iterable[Check], level: Level, only: str = "*") 
     ]
 
 
-def runs_at(shortest: Level | None, level: Level) -> bool:
-    """Return whether a level runs what a shorter one does, nothing for None."""
-    return shortest is not None and LEVELS.index(shortest) <= LEVELS.index(level)
+def runs_at(shortest: Level, level: Level) -> bool:
+    """Return whether a level runs what a shorter one does."""
+    return LEVELS.index(shortest) <= LEVELS.index(level)
 
 
 def run_checks(
@@ -309,45 +309,63 @@ def _passes(bench: Bench, check: Check, row: Row) -> bool:
 # ---- checks at equal steps: each quantity of a run against the reference's
 
 
+def equal_steps_check(
+    quantity: Quantity[Any],
+    values: Callable[[Bench], Mapping[str, float]],
+    expected: Callable[[Bench], Mapping[str, float]],
+    width: float,
+    *,
+    exact: float | None,
+    **fields: Any,
+) -> Check:
+    """Return the check of a quantity among the values of a run, each computed once in a bench.
+
+    ``width`` is the tolerance [unit of the quantity], ``fields`` are more of the check. The note
+    has the error of the step where there is an ``exact`` value.
+    """
+    name = quantity.name
+
+    def measure(bench: Bench) -> Value:
+        value = bench.once(values, bench)[name]
+        if exact is None:
+            return Value(value)
+        error = bench.once(expected, bench)[name] - exact
+        return Value(value, note=f"error of the step {error:.2g} (closed form {exact:.9g})")
+
+    return Check(
+        quantity=name,
+        unit=quantity.unit,
+        measure=measure,
+        expected=lambda bench: bench.once(expected, bench)[name],
+        tolerance=Tolerance(absolute=width, reason=REASON),
+        **fields,
+    )
+
+
 def equal_steps_checks(
     case: Case[P], engine: Engine, setups: Mapping[str, P], level: Level = "quick"
 ) -> Iterator[Check]:
     """Yield a check of each quantity of one run in each setup, by the name of the setup.
 
-    The tolerance is a part of the quantity's scale, and the last digit of the engine's output. The
-    note has the error of the step where a closed form exists.
+    The tolerance is a part of the quantity's scale, and the last digit of the engine's output.
     """
     digits = 10.0 ** (1 - engine.traits.digits)
     for setup, parameters in setups.items():
+        job, exact = case.job(parameters), case.exact(parameters)
+        values, expected = partial(_measured, case, parameters), partial(case.reference, parameters)
         for quantity in case.quantities:
-            if quantity.varies:  # a search of several runs
-                continue
-            width = (ROUND_OFF + digits) * quantity.size(parameters)
-            yield Check(
-                setup=setup,
-                quantity=quantity.name,
-                unit=quantity.unit,
-                measure=partial(_measured, case, parameters, quantity.name),
-                expected=partial(_expected, case, parameters, quantity.name),
-                tolerance=Tolerance(absolute=width, reason=REASON),
-                level=level,
-                jobs=(case.job(parameters),),
-            )
+            if not quantity.varies:  # a search of several runs
+                yield equal_steps_check(
+                    quantity,
+                    values,
+                    expected,
+                    (ROUND_OFF + digits) * quantity.size(parameters),
+                    exact=exact.get(quantity.name),
+                    setup=setup,
+                    level=level,
+                    jobs=(job,),
+                )
 
 
-def _measured(case: Case[P], parameters: P, name: str, bench: Bench) -> Value:
-    value = case.measure(parameters, bench.output(case.job(parameters)))[name]
-    expected = partial(_expected, case, parameters, name, bench)
-    return with_step_error(value, case.exact(parameters).get(name), expected)
-
-
-def with_step_error(value: float, exact: float | None, expected: Callable[[], float]) -> Value:
-    """Return a value at equal steps; its note has the reference's distance from a closed form."""
-    if exact is None:
-        return Value(value)
-    error = expected() - exact
-    return Value(value, note=f"error of the step {error:.2g} (closed form {exact:.9g})")
-
-
-def _expected(case: Case[P], parameters: P, name: str, bench: Bench) -> float:
-    return case.reference(parameters, bench)[name]
+def _measured(case: Case[P], parameters: P, bench: Bench) -> Mapping[str, float]:
+    return case.measure(parameters, bench.output(case.job(parameters)))

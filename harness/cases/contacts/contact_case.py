@@ -3,22 +3,26 @@
 An engine runs a scene once. The reference takes the same steps by the engine's conventions, and
 what differs is round-off, or a fault. That the reference converges to the law is a property of this
 package, shown in its tests; the note of a row has the error of the step where a closed form exists.
+
+Laws, systems and presets are tables, laws.toml and presets.toml. A law is a change of a case's
+default parameters, and so is a system.
 """
 
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, partial
-from typing import Any, TypeVar
+from functools import cache, cached_property, lru_cache, partial
+from importlib.resources import files
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from harness.cases.base import Case, Check, Level, Value
+from harness.cases.base import LEVELS, Case, Check, Level, Value
 from harness.cases.bench import Bench
-from harness.cases.checks import REASON, ROUND_OFF, runs_at, with_step_error
-from harness.cases.contacts import tables
+from harness.cases.checks import REASON, ROUND_OFF, equal_steps_check, runs_at
 from harness.cases.contacts.parameters import ContactSystem
 from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.output import SERIES
@@ -32,12 +36,22 @@ from harness.results.rows import Kind, Tolerance
 from harness.solvers import reference
 
 P = TypeVar("P", bound=ContactSystem)
+Changes = Mapping[str, Any]
 
 STEPS = 50  # of a contact, in checks
 SAMPLES = 50  # at least, of a run that is held against the reference
 QUICK_VARIATION = "defaults"  # of an engine, at level quick
 MOTION = "motion"  # quantity of the rows on all samples of a run
 MOVED = "moved_by_conventions"  # quantity of the findings on an engine's conventions
+PLAIN: Changes = {
+    "normal": "hooke", "damping": "none", "tangential": "none", "rolling": "none",
+    "twisting": "none", "clipped": False, "interface": "current",
+}  # fmt: skip
+USUAL_SYSTEMS = ("wall", "two spheres", "unequal spheres", "frozen sphere")
+TWO_MATERIALS = ("two materials, stated", "two materials, mixed", "wall of another material")
+MIXED = "two spheres, mixed"  # a code mixes restitution and friction of two bodies itself
+SLOW_SYSTEMS = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
+VARIED_SYSTEM = "two spheres"  # of an engine's variations below level full
 
 
 @dataclass(eq=False)
@@ -56,11 +70,12 @@ class ContactCase(Case[P]):
         self.summary, _, formula = (self.parameters.__doc__ or "").partition("\n\n")
         self.formula = " ".join(formula.split())
         self.quantities = self.parameters.quantities
-        presets = tables.presets(self.name)
-        sources = {name: values.pop("source", "") for name, values in presets.items()}
-        self.group = "contacts"
-        self.presets = {name: self.parameters(**values) for name, values in presets.items()}
-        self.sources = {name: source for name, source in sources.items() if source}
+        self.group, self.presets, self.sources = "contacts", {}, {}
+        for name, values in _read("presets.toml")[self.name].items():
+            plain = {key: value for key, value in values.items() if key != "source"}
+            self.presets[name] = self.parameters(**plain)
+            if source := values.get("source"):
+                self.sources[name] = source
 
     # ---- one run
 
@@ -100,18 +115,17 @@ class ContactCase(Case[P]):
         table, scene = output.tables[SERIES], self.scene(parameters)
         radii = np.array([body.radius for body in scene.bodies])
         x, z, margin = table["x_m"], table["z_m"], 2.0 * float(radii.max())
-        ends = np.array([float(x.min()) - margin, float(x.max()) + margin])
-        planes = [wall for wall in scene.walls if wall.shape == "plane"]
-        lines = [np.stack([ends, np.full(2, wall.point[2])], axis=1) for wall in planes]
-        walls = np.array(lines) if lines else np.empty((0, 2, 2))
-        return Discs(self.name, table["time_s"], x, z, radii, lines=walls)
+        left, right = float(x.min()) - margin, float(x.max()) + margin
+        planes = [wall.point[2] for wall in scene.walls if wall.shape == "plane"]
+        lines = np.array([[(left, height), (right, height)] for height in planes])
+        return Discs(self.name, table["time_s"], x, z, radii, lines=lines.reshape(-1, 2, 2))
 
     # ---- verification
 
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
         """Return each law in its systems."""
-        return tuple(Trial(self, entry) for entry in tables.entries(self.name))
+        return tuple(_trials(self))
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, of all levels."""
@@ -124,11 +138,14 @@ class ContactCase(Case[P]):
         for trial in chosen:
             yield from trial.checks(engine)
         for trial in self.trials:
-            if runs_at(trial.entry.varied, level) and not engine.refuses(trial.job):
+            varied = trial.varied
+            if varied and runs_at(varied, level) and not engine.refuses(trial.job):
                 for name, scene in engine.variations(trial.scene):
-                    varied = replace(trial, variation=name, varied_scene=scene)
-                    if runs_at(varied.level, level):
-                        yield from varied.checks(engine)
+                    later = varied == "quick" and name != QUICK_VARIATION
+                    shortest = "default" if later else varied
+                    if runs_at(shortest, level):
+                        one = replace(trial, level=shortest, variation=name, varied_scene=scene)
+                        yield from one.checks(engine)
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the matrix of laws and systems for each engine, after the overview of all."""
@@ -141,38 +158,36 @@ class ContactCase(Case[P]):
 class Trial:
     """A law of a case in a system, perhaps in a variation of an engine, against the reference.
 
+    ``changes`` are those of the default parameters of the case. ``level`` is the shortest that runs
+    it, ``varied`` the shortest that runs an engine's variations of it, None for none.
     ``varied_scene`` is what the reference steps in a variation.
     """
 
     case: ContactCase[Any] = field(repr=False)
-    entry: tables.Entry
+    law: str
+    system: str
+    changes: Changes
+    level: Level
+    varied: Level | None
     variation: str = ""
     varied_scene: Scene | None = None
 
     @cached_property
     def parameters(self) -> Any:
         """Return the parameters of a run."""
-        return self.case.default.replace(**self.entry.changes, steps_per_contact=STEPS)
-
-    @property
-    def level(self) -> Level:
-        """Return the shortest level that runs it."""
-        varied = self.entry.varied
-        if not self.variation or varied is None:
-            return self.entry.level
-        return "default" if varied == "quick" and self.variation != QUICK_VARIATION else varied
+        return self.case.default.replace(**self.changes, steps_per_contact=STEPS)
 
     @property
     def setup(self) -> str:
         """Return the name of the setup of its checks."""
-        return f"{self.entry.law}, {self.entry.system}"
+        return f"{self.law}, {self.system}"
 
-    @property
+    @cached_property
     def scene(self) -> Scene:
         """Return what the reference steps: the scene of the run, or that of a variation."""
         return self.varied_scene or self.case.scene(self.parameters)
 
-    @property
+    @cached_property
     def job(self) -> Job:
         """Return the job of the run."""
         return self.case.job_of(self.case.scene(self.parameters), self.variation)
@@ -183,34 +198,22 @@ class Trial:
             "setup": self.setup, "check": self.variation, "level": self.level, "jobs": (self.job,),
         }  # fmt: skip
         refused = bool(engine.refuses(self.job))
+        exact = {} if self.variation or refused else self.case.exact(self.parameters)
+        values, expected = partial(_values, self), partial(_expected_values, self)
         for name in self.case.names(self.parameters)[: 1 if refused else None]:
             quantity = self.case.quantity(name)
             width = ROUND_OFF * quantity.size(self.parameters)
-            yield Check(
-                quantity=name,
-                unit=quantity.unit,
-                measure=partial(self._measured, name),
-                expected=partial(self._expected, name),
-                tolerance=Tolerance(absolute=width, reason=REASON),
-                **common,
+            yield equal_steps_check(
+                quantity, values, expected, width, exact=exact.get(name), **common
             )
         if refused:
             return
         common |= {"unit": "1", "expected": 0.0}
-        common |= {"tolerance": Tolerance(absolute=ROUND_OFF, reason=REASON)}
-        yield Check(quantity=MOTION, measure=self._motion_difference, **common)
+        tolerance = Tolerance(absolute=ROUND_OFF, reason=REASON)
+        yield Check(quantity=MOTION, measure=self._motion_difference, tolerance=tolerance, **common)
         rules = engine.rules(self.scene)
         if rules.changed and not self.variation and self.moved(rules, Rules())[0] > ROUND_OFF:
-            common |= {"tolerance": Tolerance()}
             yield Check(quantity=MOVED, measure=self._moved, kind=Kind.FINDING, **common)
-
-    def values(self, bench: Bench) -> Mapping[str, float]:
-        """Return the quantities of the run in the engine."""
-        return observe(self.parameters, bench.motion(self.job))
-
-    def expected_values(self, bench: Bench) -> Mapping[str, float]:
-        """Return the quantities of the reference under the engine's conventions."""
-        return observe(self.parameters, bench.reference(self.scene))
 
     @lru_cache(maxsize=8192)  # noqa: B019 - of frozen objects, as those of scenes
     def moved(self, rules: Rules, other: Rules) -> tuple[float, str]:
@@ -231,14 +234,6 @@ class Trial:
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
 
-    def _measured(self, name: str, bench: Bench) -> Value:
-        value = bench.once(Trial.values, self, bench)[name]
-        exact = {} if self.variation else self.case.exact(self.parameters)
-        return with_step_error(value, exact.get(name), partial(self._expected, name, bench))
-
-    def _expected(self, name: str, bench: Bench) -> float:
-        return bench.once(Trial.expected_values, self, bench)[name]
-
     def _motion_difference(self, bench: Bench) -> float:
         return motion_difference(self.scene, bench.motion(self.job), bench.reference(self.scene))
 
@@ -247,6 +242,14 @@ class Trial:
         size, name = self.moved(rules, Rules())
         changed = ", ".join(f"{rule} = {word}" for rule, word in rules.changed.items())
         return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
+
+
+def _values(trial: Trial, bench: Bench) -> Mapping[str, float]:
+    return observe(trial.parameters, bench.motion(trial.job))
+
+
+def _expected_values(trial: Trial, bench: Bench) -> Mapping[str, float]:
+    return observe(trial.parameters, bench.reference(trial.scene))
 
 
 def observe(parameters: ContactSystem, motion: Motion) -> Mapping[str, float]:
@@ -293,12 +296,105 @@ def _sampled_scene(parameters: ContactSystem) -> Scene:
     scene = parameters.scene()
     if scene.segments or scene.steps // scene.every >= SAMPLES:
         return scene
-    every = max(scene.steps // SAMPLES, 1)
-    while scene.every % every:
-        every -= 1
-    return scene.replace(every=every)
+    most = max(scene.steps // SAMPLES, 1)
+    return scene.replace(every=next(n for n in range(most, 0, -1) if scene.every % n == 0))
 
 
 @lru_cache(maxsize=4096)
 def _exact(parameters: ContactSystem) -> Mapping[str, float]:
     return parameters.exact()
+
+
+# ---- tables of laws and systems
+
+
+class _Law(NamedTuple):
+    """Changes of parameters, systems (all unless given), and a row of laws.toml's options."""
+
+    changes: Changes
+    systems: Sequence[str]
+    quick: bool
+    two_materials: bool
+
+    def goes_with(self, system: str) -> bool:
+        if system in TWO_MATERIALS:
+            return self.two_materials
+        return system in self.systems or (not self.systems and system != MIXED)
+
+
+def law_part(name: str) -> Changes:
+    """Return the coefficients of a part of a law."""
+    coefficients: Changes = _read("laws.toml")["parts"][name]
+    return coefficients
+
+
+def _trials(case: ContactCase[Any]) -> Iterator[Trial]:
+    """Yield each law of a case in each of its systems."""
+    table, named = _read("laws.toml")["cases"][case.name], _read("laws.toml")["systems"]
+    laws = _laws(table["laws"])
+    if isinstance(table["laws"], dict):
+        laws = {name: law._replace(systems=table["laws"][name]) for name, law in laws.items()}
+    systems = table.get("systems", USUAL_SYSTEMS)
+    systems = systems if isinstance(systems, dict) else {name: {} for name in systems}
+    varied = {law: level for level in reversed(LEVELS) for law in _laws(table.get(level, ()))}
+    turn = 0  # of the laws of level quick in the systems
+    for name, law in laws.items():
+        chosen = [system for system in systems if law.goes_with(system)]
+        quick = _quick_systems(table, name, law, chosen, turn) if law.quick else set()
+        turn += law.quick
+        for system in chosen:
+            changes = {**PLAIN, **law.changes, **named.get(system, {}), **systems[system]}
+            level: Level = "quick" if system in quick else "default"
+            variations = varied.get(name)
+            if variations and system != VARIED_SYSTEM:
+                variations = "full"
+            yield Trial(case, name, system, changes, level, variations)
+
+
+def _quick_systems(
+    table: Mapping[str, Any], name: str, law: _Law, systems: Sequence[str], turn: int
+) -> set[str]:
+    """Return the systems of a law at level quick.
+
+    The laws take turns in the systems that are not slow; those of earlier interfaces go through all
+    of them, as their walls and pairs share no code.
+    """
+    fast = [system for system in systems if system not in SLOW_SYSTEMS]
+    if law.changes.get("interface") == "old":
+        return set(fast)
+    chosen = {system for system in fast if system in table.get("always", ())}
+    if turns := [system for system in fast if system not in chosen]:
+        chosen.add(turns[turn % len(turns)])
+    if name == table.get("two_materials_law"):
+        chosen |= {system for system in systems if system.startswith("two materials")}
+    return chosen
+
+
+def _laws(names: Iterable[str]) -> dict[str, _Law]:
+    """Return laws by the names of groups and of laws, in this order."""
+    chosen: dict[str, _Law] = {}
+    for name in names:
+        group = _groups().get(name)
+        # of two groups with a law of this name, the first
+        chosen |= group or {name: next(g[name] for g in _groups().values() if name in g)}
+    return chosen
+
+
+@cache
+def _groups() -> dict[str, dict[str, _Law]]:
+    groups: dict[str, dict[str, _Law]] = {}
+    for name, group in _read("laws.toml").items():
+        if name not in ("parts", "systems", "cases"):
+            systems, quick = group.get("systems", ()), group.get("quick", True)
+            groups[name] = {}
+            for law, parts in group["laws"].items():
+                rows = [law_part(each) if isinstance(each, str) else each for each in parts]
+                changes = {key: value for row in rows for key, value in row.items()}
+                both = law in group.get("two_materials", ())
+                groups[name][law] = _Law(changes, systems, quick, both)
+    return groups
+
+
+@cache
+def _read(name: str) -> dict[str, Any]:
+    return tomllib.loads((files(__package__) / name).read_text("utf-8"))

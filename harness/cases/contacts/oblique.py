@@ -25,8 +25,7 @@ from pydantic import Field
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import REASON, ROUND_OFF
-from harness.cases.contacts import tables
-from harness.cases.contacts.contact_case import ContactCase
+from harness.cases.contacts.contact_case import ContactCase, law_part
 from harness.cases.contacts.impact import impact_scene, relative_velocity
 from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed, ratios
 from harness.engines.base import Engine, Job, scene_job
@@ -312,7 +311,7 @@ class PartialSlipCase(ContactCase[Any]):
     def _impacts(self, law: str) -> list[Any]:
         """Return the impacts of an elastic sphere on a wall, at 1 m/s along the normal."""
         base = self.default.replace(
-            **tables.part("hertz"), damping="none", tangential=law, tangential_damping=0.0,
+            **law_part("hertz"), damping="none", tangential=law, tangential_damping=0.0,
             friction=FRICTION, steps_per_contact=STEPS,
         )  # fmt: skip
         angles = np.arctan(INCIDENCES * FRICTION / stiffness_ratio(POISSON))

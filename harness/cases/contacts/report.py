@@ -100,7 +100,7 @@ def case_section(case: ContactCase[Any], codes: Codes) -> Section:
 def differences(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame:
     """Return the difference of each quantity that a code has run from the reference [scale]."""
     rows = [
-        (code, trial.case.name, *trial.entry[:2], row.quantity, _size(row))
+        (code, trial.case.name, trial.law, trial.system, row.quantity, _size(row))
         for code, bench in codes.items()
         for trial, trial_rows in _run_trials(cases, bench)
         for row in trial_rows

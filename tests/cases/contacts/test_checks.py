@@ -184,7 +184,7 @@ def lammps():
 def test_cases_without_known_defects_hold_in_lammps(lammps, name):
     rows = rows_of(case_named(name), lammps, "default", only="*")
     failing = {row.setup for row in rows if row.verdict is Verdict.FAIL}
-    assert failing <= {t.setup for t in case_named(name).trials if t.entry.law == "mindlin, jkr"}
+    assert failing <= {t.setup for t in case_named(name).trials if t.law == "mindlin, jkr"}
 
 
 @pytest.mark.live

@@ -85,7 +85,7 @@ def of_jkr(p, overlap):
 
 def trial_of(name, law, system):
     trials = case_named(name).trials
-    return next(t.parameters for t in trials if t.entry[:2] == (law, system))
+    return next(t.parameters for t in trials if (t.law, t.system) == (law, system))
 
 
 @pytest.mark.parametrize(("law", "force_at"), [("mindlin, dmt", of_dmt), ("mindlin, jkr", of_jkr)])

@@ -88,7 +88,7 @@ def test_what_is_off_by_a_millionth_turns_a_row_of_each_law(case):
     unseen = {}
     laws = {}
     for trial in case.trials:
-        laws.setdefault(trial.entry.law, []).append(trial)
+        laws.setdefault(trial.law, []).append(trial)
     for law, trials in laws.items():
         left = {}
         for trial in trials:

@@ -35,7 +35,7 @@ def test_a_matrix_has_the_laws_that_were_run_and_how_far_each_is_from_the_refere
     case = case_named("slip-to-roll")
     section = report.case_section(case, {"right": benches["right"]})
     (table,) = section.tables
-    quick = [trial.entry.law for trial in case.trials if trial.level == "quick"]
+    quick = [trial.law for trial in case.trials if trial.level == "quick"]
     assert list(table.frame["law"]) == quick
     assert all(float(cell) <= 1e-9 for cell in table.frame["wall"])
     assert not report.case_section(case_named("drag"), {"right": benches["right"]}).tables
