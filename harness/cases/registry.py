@@ -21,33 +21,33 @@ ALL = "all"
 DEFAULT = ("incline", "tower")  # cases of `verify` unless others are named
 QUALIFYING = ("drop",)  # cases of this package that an engine must pass before all others
 
-_MODULES = {  # of the cases of this package, by group and name
-    "incline": {"incline": "incline.case", "columns": "incline.columns"},
-    "chains": {"tower": "tower.case"},
-    "contacts": {
-        "drop": "drop", "bounce": "contacts.impact", "collision": "contacts.oblique",
-        "curved-wall": "contacts.surroundings", "drag": "contacts.surroundings", "head-on": "contacts.impact",
-        "heat": "contacts.surroundings", "incline-rest": "contacts.resting",
-        "incline-roll": "contacts.resting", "lj-units": "contacts.oblique",
-        "moving-wall": "contacts.surroundings", "oblique": "contacts.oblique",
-        "prescribed-motion": "contacts.prescribed_motion",
-        "pull-off": "contacts.prescribed_motion", "rolling-resistance": "contacts.resting",
-        "slip-to-roll": "contacts.resting", "spin": "contacts.oblique",
-        "stacked": "contacts.impact", "twist": "contacts.resting",
-    },
-    "layers": {"layers": "layers.descent", "layers-flow": "layers.flow"},
-    "bulk": {name: f"bulk.{name}" for name in ("silo", "drum", "heap", "penetration")},
+_CONTACTS = {
+    "bounce": "impact", "collision": "oblique", "curved-wall": "surroundings",
+    "drag": "surroundings", "head-on": "impact", "heat": "surroundings",
+    "incline-rest": "resting", "incline-roll": "resting", "lj-units": "oblique",
+    "moving-wall": "surroundings", "oblique": "oblique", "prescribed-motion": "prescribed_motion",
+    "pull-off": "prescribed_motion", "rolling-resistance": "resting", "slip-to-roll": "resting",
+    "spin": "oblique", "stacked": "impact", "twist": "resting",
 }  # fmt: skip
 
-
-def _home(name: str, module: str) -> str:
-    several = module.startswith("contacts.")
-    return f"harness.cases.{module}:{name.replace('-', '_').upper() if several else 'CASE'}"
-
-
 GROUPS: Mapping[str, Mapping[str, str]] = {
-    group: {name: _home(name, module) for name, module in modules.items()}
-    for group, modules in _MODULES.items()
+    "incline": {
+        "incline": "harness.cases.incline.case:CASE",
+        "columns": "harness.cases.incline.columns:CASE",
+    },
+    "chains": {"tower": "harness.cases.tower.case:CASE"},
+    "contacts": {
+        "drop": "harness.cases.drop:CASE",
+        **{
+            name: f"harness.cases.contacts.{module}:{name.replace('-', '_').upper()}"
+            for name, module in _CONTACTS.items()
+        },
+    },
+    "layers": {
+        "layers": "harness.cases.layers.descent:CASE",
+        "layers-flow": "harness.cases.layers.flow:CASE",
+    },
+    "bulk": {n: f"harness.cases.bulk.{n}:CASE" for n in ("silo", "drum", "heap", "penetration")},
 }
 """Where the cases of this package are, by group and name."""
 
@@ -78,9 +78,9 @@ def get_case(name: str) -> Case[Any]:
 
 def usable_cases() -> dict[str, Case[Any]]:
     """Return all cases that can be used, by name; :func:`plugin_faults` has the reasons."""
-    cases = {name: get_case(name) for name in homes()}
-    points = [p for n, p in _plugins().items() if n not in cases and not _fault(p)]
-    return cases | {point.name: _plugin_case(point) for point in points}
+    points = [point for point in _plugins().values() if not _fault(point)]
+    own = {name: get_case(name) for name in homes()}
+    return own | {point.name: _plugin_case(point) for point in points}
 
 
 def plugin_faults() -> list[str]:
@@ -107,8 +107,9 @@ def _names_of(word: str) -> list[str]:
         return list(usable_cases())
     if word in case_names():
         return [word]
-    points = [p for p in _plugins().values() if not _fault(p) and _plugin_case(p).group == word]
-    members = [*GROUPS.get(word, ()), *(point.name for point in points)]
+    plugins = (point for point in _plugins().values() if not _fault(point))
+    members = [point.name for point in plugins if _plugin_case(point).group == word]
+    members = [*GROUPS.get(word, ()), *members]
     if not members:
         raise RequestError(
             f"--cases {word!r} is not known: must be {ALL}, a group ({', '.join(GROUPS)}), or one "
@@ -133,22 +134,21 @@ def _fault(point: EntryPoint) -> str:
 
 
 def _plugin_case(point: EntryPoint) -> Case[Any]:
-    first, value = _package(_plugins().get(point.name, point)), point.value
-    label = f"package {_package(point)!r}, case {point.name!r}"
-    if first != _package(point):
-        raise RequestError(f"{label}: package {first!r} has a case of this name")
-    if point.name in homes():
-        raise RequestError(f"{label}: is the name of a case of dem-harness itself")
+    label = f"package {_package(point)!r}, case {point.name!r}: {point.value}"
+    owner = _package(_plugins().get(point.name, point))
+    if point.name in homes() or owner != _package(point):
+        owner = "dem-harness" if point.name in homes() else owner
+        raise RequestError(f"{label}: package {owner!r} has a case of this name")
     try:
         case = point.load()
     except Exception as error:  # another package may raise anything
         reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise RequestError(f"{label}: {value} does not import: {reason}") from None
+        raise RequestError(f"{label} does not import: {reason}") from None
     if not isinstance(case, Case):
         must = "must be an instance of harness.cases.base.Case"
-        raise RequestError(f"{label}: {value} is a {type(case).__name__}, {must}")
+        raise RequestError(f"{label} is a {type(case).__name__}, {must}")
     if (name := getattr(case, "name", None)) != point.name:
-        raise RequestError(f"{label}: its case has the name {name!r}, must be the same")
+        raise RequestError(f"{label} has the name {name!r}, must be the same")
     return case
 
 
