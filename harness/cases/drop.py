@@ -42,12 +42,12 @@ from harness.theory.contact import (
     restitution_unclipped,
 )
 
-LEAST_OVERLAP = 1e6 * sys.float_info.epsilon  # [d] so that rounding is a millionth of it at most
+EPSILON = sys.float_info.epsilon
+LEAST_OVERLAP = 1e6 * EPSILON  # [d] so that rounding is a millionth of it at most
 MOST_DECADES = 290.0  # between 1 and a mass [kg], and that and a stiffness: floats have 308
 RESTED = 1e-6  # part of its motion that a grain at rest keeps at most
 SPEED = 1.0  # [m/s] of the collisions, on spheres of 1 m and 1 kg
 GAPS = 117.5  # steps before they begin: no number at which a sparse search might happen to look
-PRESSED = 1e-4  # [d] of the grain that slides by, at the start
 HEAD_ON = Contact(name="head-on", restitution=0.5)
 
 
@@ -88,9 +88,8 @@ class Drop(EqualSpheres):
         if overlap and not LEAST_OVERLAP <= overlap / self.diameter <= 0.5:
             raise ValueError(
                 f"the grain would press itself {overlap / self.diameter:.3g} diameters in at "
-                f"stiffness = {self.stiffness:g} N/m, diameter = {self.diameter:g} m, speed = "
-                f"{math.hypot(self.speed, self.sideways):g} m/s, gravity = {self.gravity:g} m/s2: "
-                f"must be from {LEAST_OVERLAP:.2g} to 0.5"
+                f"stiffness = {self.stiffness:g} N/m, speed = {self.speed:g} m/s, gravity = "
+                f"{self.gravity:g} m/s2: must be from {LEAST_OVERLAP:.2g} to 0.5"
             )
         return self
 
@@ -137,14 +136,12 @@ class Drop(EqualSpheres):
 
 # ---- scripts and scenes
 
-SAME = (
-    "stiffness", "steps_per_contact", "gravity", "diameter", "density", "gap", "speed", "sideways",
-)  # fmt: skip
-
 
 def values_of(case: Drop) -> dict[str, Value]:
     """Return a script's values for a drop."""
-    values: dict[str, Value] = {name: getattr(case, name) for name in SAME}
+    names = ("stiffness", "steps_per_contact", "gravity", "diameter", "density", "gap", "speed",
+             "sideways")  # fmt: skip
+    values: dict[str, Value] = {name: getattr(case, name) for name in names}
     values |= {"steps": case.steps, "series_every": case.every}
     return {**values, **contact_values(case.contact)}
 
@@ -183,6 +180,12 @@ class Path(NamedTuple):
     vx: Floats
     vy: Floats
 
+    @property
+    def momentum_ratio(self) -> float:
+        """Return the angular momentum about the sphere's centre, end over start; NaN for none."""
+        momentum = self.x * self.vy - self.y * self.vx
+        return float(momentum[-1] / momentum[0]) if momentum[0] else math.nan
+
 
 def read_path(case: Drop, output: Output) -> Path:
     """Return every sample of the grain; raise EngineOutputError for what is missing or cut."""
@@ -209,6 +212,7 @@ def impact_duration(case: Drop) -> float:
 
 def closed_forms(case: Drop) -> dict[str, float]:
     """Return the quantities of a drop with a closed form, none where nothing is known."""
+    unit = math.sqrt(case.mass / case.stiffness)  # [s]
     if case.sideways != 0.0:
         return {"angular_momentum_ratio": 1.0} if case.gravity == 0.0 else {}
     if case.gravity > 0.0 and case.gap > 0.0:
@@ -217,133 +221,26 @@ def closed_forms(case: Drop) -> dict[str, float]:
         return end if case.fallen < case.gap else {}
     if case.gravity > 0.0:
         slowest = case.zeta - math.sqrt(max(case.zeta**2 - 1.0, 0.0))
-        part = math.exp(-slowest * math.sqrt(case.stiffness / case.mass) * case.seconds)
+        part = math.exp(-slowest * case.seconds / unit)
         return {"end_overlap_m": case.rest_overlap} if part <= RESTED else {}
-    return _impact(case) if case.speed > 0.0 else {}
-
-
-def _impact(case: Drop) -> dict[str, float]:
-    """Return largest overlap and end of a collision that is over within the run.
-
-    The motion turns at half the time at which the clipped force vanishes.
-    """
-    unit, values = math.sqrt(case.mass / case.stiffness), {}
-    remaining = (case.seconds - max(case.gap, 0.0) / case.speed) / unit
-    if remaining >= 0.5 * duration_clipped(case.zeta):
-        values["largest_sampled_overlap_m"] = case.speed * largest_overlap(case.zeta) * unit
-    if remaining >= impact_duration(case):
-        values["restitution"] = restitution(case)
-        values["end_speed_m_per_s"] = restitution(case) * case.speed
+    values: dict[str, float] = {}
+    if case.speed > 0.0:
+        remaining = (case.seconds - max(case.gap, 0.0) / case.speed) / unit
+        # the motion turns at half the time at which the clipped force vanishes
+        if remaining >= 0.5 * duration_clipped(case.zeta):
+            overlap = case.speed * largest_overlap(case.zeta) * unit
+            values["largest_sampled_overlap_m"] = overlap
+        if remaining >= impact_duration(case):
+            values["restitution"] = restitution(case)
+            values["end_speed_m_per_s"] = restitution(case) * case.speed
     return values
 
 
-# ---- what a path shows
+# ---- the case
 
 
-def angular_momentum_ratio(path: Path) -> float:
-    """Return the angular momentum about the sphere's centre, end over start; NaN for none there."""
-    momentum = path.x * path.vy - path.y * path.vx
-    return float(momentum[-1] / momentum[0]) if momentum[0] else math.nan
-
-
-def changes(path: Path, digits: int) -> tuple[int, int]:
-    """Return the samples before the velocity changes first and last, as far as digits show."""
-    velocity = np.stack([path.vx, path.vy])
-    resolution = 10.0 ** (2 - digits) * np.abs(velocity).max()
-    changed = np.flatnonzero(np.abs(np.diff(velocity, axis=1)).max(axis=0) > resolution)
-    if changed.size == 0:
-        raise EngineOutputError("the grain never felt the sphere")
-    return int(changed[0]), int(changed[-1])
-
-
-# ---- the checks
-
-
-class Trial(NamedTuple):
-    """A drop, and a quantity of its path with a closed form."""
-
-    setup: str
-    case: Drop
-    quantity: str
-    unit: str
-    measure: Callable[[Path], float]
-    expected: float
-    tolerance: Tolerance
-
-
-def contacts() -> list[Contact]:
-    """Return the contacts that engines are put to: each rule differs from every other."""
-    half = [
-        HEAD_ON.replace(name=f"e = 0.5, {tail}, m_eff {mass}", tail=tail, effective_mass=mass)
-        for tail, mass in product(get_args(Tail), get_args(EffectiveMass))
-    ]
-    return [
-        *half,
-        SOURCE,
-        SOURCE.replace(name="source, clipped", tail="clipped"),
-        SOURCE.replace(name="source, m_eff half", effective_mass="half"),
-        PLASTIC,
-    ]
-
-
-def trials(contact: Contact, digits: int) -> Iterator[Trial]:
-    """Yield the drops that need a contact of some kind; ``digits`` are those of the output."""
-    last = 10.0 ** (1 - digits)
-    onset = _flying(contact, duration=3.0, every=1)
-    yield Trial("contact found within two steps", onset, "onset_steps", "steps",
-                lambda path: (1.0 - float(path.y[changes(path, digits)[0]])) / onset.step / SPEED,
-                0.0, Tolerance(2.0, reason="a step is the resolution, and a scheme may write one "
-                               "late"))  # fmt: skip
-    yield Trial("contact lasts its time", onset, "contact_time_ratio", "1",
-                lambda path: float(np.ptp(path.time[list(changes(path, digits))])
-                                   / impact_duration(onset) * math.sqrt(onset.stiffness)),
-                1.0, Tolerance(4.0 / onset.steps_per_contact, reason="two steps at either end"),
-                )  # fmt: skip
-    # soft, so that single precision resolves the overlap
-    rest = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
-    swing = 2.0 * math.exp(-rest.zeta * math.pi * rest.duration)
-    yield Trial("at rest under its weight", rest, "static_overlap_ratio", "1",
-                lambda path: (1.0 - float(path.y[-1])) / rest.rest_overlap,
-                1.0, Tolerance(swing + 10.0 * last / rest.rest_overlap + ROUND_OFF,
-                               reason="what the dashpot has left of the motion, and the digits of "
-                               "the output"))  # fmt: skip
-    fall = _falling(contact)
-    late = Tolerance(2.0 * fall.step / fall.seconds + 20.0 * last / fall.gap,
-                     reason="a scheme may begin half a step late or early")  # fmt: skip
-    yield Trial("free fall", fall, "fall_ratio", "1",
-                lambda path: (1.05 - float(path.y[-1])) / (0.5 * 9.81 * float(path.time[-1]) ** 2),
-                1.0, late)  # fmt: skip
-    yield Trial("energy of a free fall", fall, "energy_ratio", "1",
-                lambda path: 0.5 * float(path.vy[-1]) ** 2 / 9.81 / (1.05 - float(path.y[-1])),
-                1.0, late)  # fmt: skip
-    aslant = Drop(contact=contact, sideways=SPEED, gap=-PRESSED, duration=3.0, every=100)
-    yield Trial("oblique contact", aslant, "angular_momentum_ratio", "1", angular_momentum_ratio,
-                1.0, Tolerance(max(ROUND_OFF, 10.0 * last),
-                               reason="exact in symplectic schemes but for round-off and digits"),
-                )  # fmt: skip
-
-
-def collision(contact: Contact) -> Trial:
-    """Return the test of a restitution.
-
-    An error of one step in the contact's begin is omega h of the speed, and so is the
-    first-order error of a scheme that meets damping explicitly.
-    """
-    # a contact that ends late: at 15 contact times for the source's
-    case = _flying(contact, duration=25.0, every=100)
-    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * case.zeta)
-    return Trial(f"head-on, {contact.name}", case, "restitution", "1",
-                 lambda path: float(path.vy[-1]) / SPEED, restitution(case),
-                 Tolerance(width, reason="omega h (1 + 2 zeta): a step of spring and dashpot"),
-                 )  # fmt: skip
-
-
-def _flying(contact: Contact, duration: float, every: int) -> Drop:
-    case = Drop(contact=contact, speed=SPEED, duration=duration, every=every)
-    return case.replace(gap=GAPS * SPEED * case.step)
-
-
-def _falling(contact: Contact) -> Drop:
+def falling(contact: Contact) -> Drop:
+    """Return a free fall that ends before the sphere."""
     case = Drop(contact=contact, gravity=9.81, gap=0.05, every=100)
     return case.replace(duration=0.9 * math.sqrt(2.0 * case.gap / 9.81) / case.contact_time)
 
@@ -355,7 +252,6 @@ class DropCase(Case[Drop]):
     group = "contacts"
     summary = "a grain dropped on one fixed sphere; every engine qualifies by it"
     parameters = Drop
-    qualifies = True
     quantities = (
         Quantity("restitution", "1", "speed of departure over that of approach"),
         Quantity("largest_sampled_overlap_m", "m", "largest overlap of the samples, or - gap",
@@ -371,7 +267,7 @@ class DropCase(Case[Drop]):
         "head-on": Drop(contact=HEAD_ON, gap=1e-3, speed=1.0),
         "plastic": Drop(contact=PLASTIC, gap=1e-3, speed=1.0, duration=25.0, every=10),
         "static": Drop(contact=HEAD_ON, stiffness=1e4, gravity=9.81, duration=40.0, every=100),
-        "fall": _falling(HEAD_ON),
+        "fall": falling(HEAD_ON),
         "oblique": Drop(contact=HEAD_ON, sideways=1.0, gap=-1e-4, every=100),
     }
 
@@ -393,7 +289,7 @@ class DropCase(Case[Drop]):
         }
         head_on = parameters.speed > 0.0 and parameters.gravity == 0.0
         if parameters.sideways != 0.0:
-            values["angular_momentum_ratio"] = angular_momentum_ratio(path)
+            values["angular_momentum_ratio"] = path.momentum_ratio
         elif head_on and bool(overlap.max() > 0.0 >= overlap[-1]):
             values["restitution"] = float(path.vy[-1]) / parameters.speed
         return values
@@ -403,44 +299,147 @@ class DropCase(Case[Drop]):
         return closed_forms(parameters)
 
     def checks(self, engine: Engine) -> Iterator[Check]:
-        """Return the checks of an engine: of each trial its closed form, and the path."""
+        """Return the checks of an engine: of each drop its closed form, and the path."""
         digits = engine.traits.digits
-        able = (c for c in contacts() if not engine.refuses(self.job(collision(c).case)))
-        any_contact = next(able, SOURCE)
+        able = (c for c in contacts() if not engine.refuses(self.job(_flying(c, 25.0, 100))))
+        drops = [*map(collision, contacts()), *trials(next(able, SOURCE), digits)]
         seen = set[Drop]()
-        for trial in (*map(collision, contacts()), *trials(any_contact, digits)):
-            yield self._closed_form(trial)
-            if trial.case not in seen:  # two quantities of one path
-                yield self._equal_steps(trial, digits)
-            seen.add(trial.case)
+        for case, check in drops:
+            yield check
+            if case not in seen:  # two quantities of one path
+                yield path_check(check.setup, case, digits)
+            seen.add(case)
 
-    def _closed_form(self, trial: Trial) -> Check:
-        job = self.job(trial.case)
-        return Check(
-            setup=trial.setup, quantity=trial.quantity, unit=trial.unit, kind=Kind.ANALYTIC,
-            measure=lambda bench: trial.measure(read_path(trial.case, bench.output(job))),
-            expected=trial.expected, tolerance=trial.tolerance, jobs=(job,),
-        )  # fmt: skip
 
-    def _equal_steps(self, trial: Trial, digits: int) -> Check:
-        """Return the check of a whole path, over the sizes of its overlap and its speed."""
-        case, job = trial.case, self.job(trial.case)
-        size = case.diameter / (case.largest_overlap or case.gap)
-        # a step rounds a place by half a unit at most, an output from the edge of a box once
-        rounding = 0.5 * case.steps * sys.float_info.epsilon * size
-        resolution = 20.0 * 10.0 ** (1 - digits) * size
+CASE = DropCase()
 
-        def off(bench: Bench) -> float:
-            path = read_path(case, bench.output(job))
-            expected = read_path(case, bench.reference_output(scene_of(case)))
-            return path_difference(case, path, expected)
 
-        return Check(
-            setup=trial.setup, quantity="path_difference", unit="1", measure=off, expected=0.0,
-            tolerance=Tolerance(ROUND_OFF + rounding + resolution,
-                                reason="round-off of places over the largest overlap, and the "
-                                "digits of the output"), jobs=(job,),
-        )  # fmt: skip
+# ---- the checks
+
+
+def contacts() -> list[Contact]:
+    """Return the contacts that engines are put to: each rule differs from every other."""
+    half = [
+        HEAD_ON.replace(name=f"e = 0.5, {tail}, m_eff {mass}", tail=tail, effective_mass=mass)
+        for tail, mass in product(get_args(Tail), get_args(EffectiveMass))
+    ]
+    return [
+        *half,
+        SOURCE,
+        SOURCE.replace(name="source, clipped", tail="clipped"),
+        SOURCE.replace(name="source, m_eff half", effective_mass="half"),
+        PLASTIC,
+    ]
+
+
+def trials(contact: Contact, digits: int) -> Iterator[tuple[Drop, Check]]:
+    """Yield the drops that need a contact of some kind; ``digits`` are those of the output."""
+    last = 10.0 ** (1 - digits)
+    onset = _flying(contact, duration=3.0, every=1)
+    yield closed_form(
+        "contact found within two steps", onset, "onset_steps",
+        lambda path: (1.0 - float(path.y[changes(path, digits)[0]])) / onset.step / SPEED, 0.0,
+        Tolerance(2.0, reason="a step is the resolution, and a scheme may write one late"), "steps",
+    )  # fmt: skip
+
+    def contact_time_ratio(path: Path) -> float:
+        lasts = np.ptp(path.time[list(changes(path, digits))])
+        return float(lasts / impact_duration(onset) * math.sqrt(onset.stiffness))
+
+    yield closed_form(
+        "contact lasts its time", onset, "contact_time_ratio", contact_time_ratio, 1.0,
+        Tolerance(4.0 / onset.steps_per_contact, reason="two steps at either end"),
+    )  # fmt: skip
+    # soft, so that single precision resolves the overlap
+    rest = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
+    swing = 2.0 * math.exp(-rest.zeta * math.pi * rest.duration)
+    reason = "what the dashpot has left of the motion, and the digits of the output"
+    yield closed_form(
+        "at rest under its weight", rest, "static_overlap_ratio",
+        lambda path: (1.0 - float(path.y[-1])) / rest.rest_overlap, 1.0,
+        Tolerance(swing + 10.0 * last / rest.rest_overlap + ROUND_OFF, reason=reason),
+    )  # fmt: skip
+    fall = falling(contact)
+    late = Tolerance(2.0 * fall.step / fall.seconds + 20.0 * last / fall.gap,
+                     reason="a scheme may begin half a step late or early")  # fmt: skip
+    yield closed_form(
+        "free fall", fall, "fall_ratio",
+        lambda path: (1.05 - float(path.y[-1])) / (0.5 * 9.81 * float(path.time[-1]) ** 2),
+        1.0, late,
+    )  # fmt: skip
+    yield closed_form(
+        "energy of a free fall", fall, "energy_ratio",
+        lambda path: 0.5 * float(path.vy[-1]) ** 2 / 9.81 / (1.05 - float(path.y[-1])), 1.0, late,
+    )  # fmt: skip
+    aslant = Drop(contact=contact, sideways=SPEED, gap=-1e-4, duration=3.0, every=100)
+    reason = "exact in symplectic schemes but for round-off and digits"
+    yield closed_form(
+        "oblique contact", aslant, "angular_momentum_ratio", lambda path: path.momentum_ratio, 1.0,
+        Tolerance(max(ROUND_OFF, 10.0 * last), reason=reason),
+    )  # fmt: skip
+
+
+def collision(contact: Contact) -> tuple[Drop, Check]:
+    """Return the test of a restitution.
+
+    An error of one step in the contact's begin is omega h of the speed, and so is the
+    first-order error of a scheme that meets damping explicitly.
+    """
+    # a contact that ends late: at 15 contact times for the source's
+    case = _flying(contact, duration=25.0, every=100)
+    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * case.zeta)
+    tolerance = Tolerance(width, reason="omega h (1 + 2 zeta): a step of spring and dashpot")
+    return closed_form(
+        f"head-on, {contact.name}", case, "restitution",
+        lambda path: float(path.vy[-1]) / SPEED, restitution(case), tolerance,
+    )  # fmt: skip
+
+
+def closed_form(
+    setup: str, case: Drop, quantity: str, measure: Callable[[Path], float], expected: float,
+    tolerance: Tolerance, unit: str = "1",
+) -> tuple[Drop, Check]:  # fmt: skip
+    """Return a drop, and the check of a quantity of its path with a closed form."""
+    job = CASE.job(case)
+    return case, Check(
+        setup=setup, quantity=quantity, unit=unit, kind=Kind.ANALYTIC, expected=expected,
+        measure=lambda bench: measure(read_path(case, bench.output(job))), tolerance=tolerance,
+        jobs=(job,),
+    )  # fmt: skip
+
+
+def path_check(setup: str, case: Drop, digits: int) -> Check:
+    """Return the check of a whole path, over the sizes of its overlap and its speed."""
+    size = case.diameter / (case.largest_overlap or case.gap)
+    # a step rounds a place by half a unit at most, an output from the edge of a box once
+    rounding = 0.5 * case.steps * EPSILON * size
+    resolution = 20.0 * 10.0 ** (1 - digits) * size
+    reason = "round-off of places over the largest overlap, and the digits of the output"
+    job = CASE.job(case)
+
+    def difference(bench: Bench) -> float:
+        path = read_path(case, bench.output(job))
+        return path_difference(case, path, read_path(case, bench.reference_output(scene_of(case))))
+
+    return Check(
+        setup=setup, quantity="path_difference", unit="1", measure=difference, expected=0.0,
+        tolerance=Tolerance(ROUND_OFF + rounding + resolution, reason=reason), jobs=(job,),
+    )  # fmt: skip
+
+
+def changes(path: Path, digits: int) -> tuple[int, int]:
+    """Return the samples before the velocity changes first and last, as far as digits show."""
+    velocity = np.stack([path.vx, path.vy])
+    resolution = 10.0 ** (2 - digits) * np.abs(velocity).max()
+    changed = np.flatnonzero(np.abs(np.diff(velocity, axis=1)).max(axis=0) > resolution)
+    if changed.size == 0:
+        raise EngineOutputError("the grain never felt the sphere")
+    return int(changed[0]), int(changed[-1])
+
+
+def _flying(contact: Contact, duration: float, every: int) -> Drop:
+    case = Drop(contact=contact, speed=SPEED, duration=duration, every=every)
+    return case.replace(gap=GAPS * SPEED * case.step)
 
 
 def path_difference(case: Drop, path: Path, expected: Path) -> float:
@@ -449,7 +448,4 @@ def path_difference(case: Drop, path: Path, expected: Path) -> float:
     time = np.abs(path.time - expected.time).max() / case.step
     places = np.abs(np.stack([path.x - expected.x, path.y - expected.y])).max() / length
     speeds = np.abs(np.stack([path.vx - expected.vx, path.vy - expected.vy])).max() / speed
-    return float(np.max([time * sys.float_info.epsilon**0.5, places, speeds]))
-
-
-CASE = DropCase()
+    return float(np.max([time * EPSILON**0.5, places, speeds]))
