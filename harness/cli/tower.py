@@ -79,9 +79,8 @@ def tower(
         dem-harness tower --height 2 --window first-contact --series tower.csv
     """
     from harness.cases.registry import get_case
-    from harness.cases.tower.impulse import Runner
+    from harness.cases.tower.impulse import Runner, summary
     from harness.cases.tower.parameters import Tower
-    from harness.cases.tower.windows import summary
     from harness.workflows import tower as run_tower
     from harness.workflows.runs import run_seconds
 
@@ -156,9 +155,8 @@ def impulse(
 
         dem-harness impulse --law overlap --figure angles.svg --reference measured.csv
     """
-    from harness.cases.tower.impulse import SPEEDS, STIFFNESSES
+    from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, angle_figure
     from harness.cases.tower.parameters import LAWS, Tower
-    from harness.cases.tower.show import angle_figure
     from harness.workflows import impulse as tabulate
     from harness.workflows.sweep_figure import figure_writer, read_points
 

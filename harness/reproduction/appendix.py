@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 from scipy.optimize import brentq
 
+from harness.cases.tower.impulse import impulse, turnaround
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
-from harness.cases.tower.windows import impulse, turnaround
 from harness.model.law import damping_ratio
 from harness.reproduction import samples
 from harness.reproduction.background import HALF_DIGIT

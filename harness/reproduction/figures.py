@@ -9,10 +9,15 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
-from harness.cases.tower.impulse import SPEEDS, STIFFNESSES, angle_from_impulse_ratio
+from harness.cases.tower.impulse import (
+    SPEEDS,
+    STIFFNESSES,
+    angle_figure,
+    angle_from_impulse_ratio,
+    structure_end,
+    turnaround,
+)
 from harness.cases.tower.parameters import LAWS, Tower
-from harness.cases.tower.show import angle_figure
-from harness.cases.tower.windows import structure_end, turnaround
 from harness.errors import RequestError
 from harness.report.content import Drawing, power
 from harness.report.figures import (

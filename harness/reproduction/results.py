@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
 
 import numpy as np
 
-from harness.cases.tower.impulse import STIFFNESSES, angle_from_impulse_ratio
+from harness.cases.tower.impulse import QUASI_STATIC, STIFFNESSES, angle_from_impulse_ratio, impulse
 from harness.cases.tower.parameters import LAWS, Tower
-from harness.cases.tower.show import QUASI_STATIC
-from harness.cases.tower.windows import impulse
 from harness.reproduction import samples
 from harness.reproduction.background import HALF_DIGIT
 from harness.reproduction.samples import MEDIAN, Floats
 from harness.reproduction.statements import Outcome, Statement, holds
-from harness.theory import incline
 from harness.theory.chain import contact_time_on_fixed
 
 FLAT = 0.01  # of alpha: a change that a figure shows
@@ -202,7 +200,7 @@ def _sqrt_n() -> Outcome:
 
 def scaled_angle(height: int) -> float:
     """Return the critical angle [deg] of alpha = 1/sqrt(n)."""
-    return angle_from_impulse_ratio(incline.impulse_ratio(height))
+    return angle_from_impulse_ratio(1.0 / math.sqrt(height))
 
 
 @Statement("Discussion, Fig. 13",

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from harness.cases.tower.impulse import impulse_angles
+from harness.cases.tower.impulse import grain_alone, impulse_angles
 from harness.cases.tower.parameters import Law, Tower
 from harness.cases.tower.runs import TowerRun, solve
-from harness.cases.tower.windows import grain_alone
 from harness.solvers.chain import compressions_by_sweeps, contact_forces
 from harness.theory.chain import compliance
 

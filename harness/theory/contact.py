@@ -8,22 +8,24 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterable
-from functools import lru_cache
+from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.optimize import brentq
+from scipy.special import beta
+
+Floats = NDArray[np.float64]
 
 # ---- the linear spring-dashpot contact: its restitution and its duration
 #
-# m x'' + 2 zeta omega m x' + omega^2 m x = 0 from x = 0 at speed 1. With the attractive tail kept
-# the contact ends when x returns to 0; clipped, it ends when the force k x + eta x' does (Schwager
-# and Poeschel, Granular Matter 9, 465 (2007)).
-
-PHASES = 400  # places within a step at which a contact is taken to begin
-MOST_STEPS = 1000.0  # per contact time, above which a restitution is the closed form's to 0.2 %
-LONGEST = 10.0  # [pi / omega] after which a grain that has not left creeps, and does not rebound
+# m x'' + 2 zeta omega m x' + omega^2 m x = 0 from x = 0 at speed 1:
+# x = exp(-zeta omega t) sin(root omega t) / root, root^2 = 1 - zeta^2. With the attractive tail the
+# contact ends when x returns to 0; clipped, it ends when the force k x + eta x' does (Schwager and
+# Poeschel, Granular Matter 9, 465 (2007)).
 
 
 def restitution_unclipped(zeta: float) -> float:
@@ -34,11 +36,9 @@ def restitution_unclipped(zeta: float) -> float:
 
 
 def restitution_clipped(zeta: float) -> float:
-    """Return exp(-zeta omega t_end), the speed over that before when the force vanishes.
+    """Return exp(-zeta omega t_end), the speed when the force vanishes over that before.
 
-    x = exp(-zeta omega t) sin(root omega t) / root has x'' = 0 at :func:`duration_clipped`, where
-    -x' is the exponential alone. At critical damping it is exp(-2) = 0.135: a clipped contact
-    always rebounds.
+    At critical damping it is exp(-2) = 0.135: a clipped contact always rebounds.
     """
     return math.exp(-zeta * duration_clipped(zeta))
 
@@ -47,11 +47,7 @@ def duration_clipped(zeta: float) -> float:
     """Return omega t_end [-] of the clipped contact: when x'' first returns to 0."""
     if zeta == 1.0:
         return 2.0
-    if zeta < 1.0:
-        root = math.sqrt(1.0 - zeta * zeta)
-        return 2.0 * math.acos(zeta) / root
-    root = math.sqrt(zeta * zeta - 1.0)
-    return 2.0 * math.acosh(zeta) / root
+    return abs(2.0 * cmath.acos(zeta) / cmath.sqrt(1.0 - zeta * zeta))
 
 
 def duration_unclipped(zeta: float) -> float:
@@ -60,39 +56,8 @@ def duration_unclipped(zeta: float) -> float:
 
 
 def largest_overlap(zeta: float) -> float:
-    """Return omega x / v [-] where x' = 0.
-
-    x = exp(-zeta omega t) sin(root omega t) / root, root^2 = 1 - zeta^2, turns where
-    tan(root omega t) = root / zeta, half the time of :func:`duration_clipped`; beyond zeta = 1
-    with sinh and tanh.
-    """
+    """Return omega x / v [-] where x' = 0, at half the time of :func:`duration_clipped`."""
     return math.exp(-0.5 * zeta * duration_clipped(zeta))
-
-
-def restitution_in_steps(zeta: float, steps: float, *, clipped: bool) -> float:
-    """Return the greatest restitution that the contact has at so many steps per pi / omega.
-
-    v+ = v + h a(x, v), x+ = x + h v+, the recurrence of velocity Verlet in the velocities of half
-    steps and of semi-implicit Euler. A step sees the contact only where there is overlap, so the
-    restitution depends on where within a step the contact begins: this is the greatest over
-    ``PHASES`` places, and not less than that of the closed form.
-    """
-    exact = (restitution_clipped if clipped else restitution_unclipped)(zeta)
-    if steps > MOST_STEPS:
-        return exact
-    h = math.pi / steps
-    x = h * (np.arange(PHASES) + 0.5) / PHASES  # the overlap in the first step that sees it
-    v = np.ones(PHASES)
-    touching = x > 0.0
-    for _ in range(math.ceil(LONGEST * steps)):
-        force = x + 2.0 * zeta * v
-        force = np.maximum(force, 0.0) if clipped else force
-        v = np.where(touching, v - h * force, v)
-        x = np.where(touching, x + h * v, x)
-        touching = touching & (x > 0.0)
-        if not touching.any():
-            break
-    return max(exact, float(-v[~touching].min(initial=0.0)))
 
 
 # ---- the head-on impact of elastic spheres under Hertz's law
@@ -117,10 +82,34 @@ def largest_force(mass: float, coefficient: float, speed: float) -> float:
 
 def contact_time(mass: float, coefficient: float, speed: float) -> float:
     """Return 4/5 B(2/5, 1/2) = 2.9433 times overlap / speed [s], with Euler's beta function."""
-    from scipy.special import beta
-
     periods = 0.8 * float(beta(0.4, 0.5))
     return periods * largest_hertz_overlap(mass, coefficient, speed) / speed
+
+
+# ---- motion that is linear until a force reaches a limit
+
+PLACES = 4000  # in a stretch of the motion, at which forces are compared with their limits
+
+
+def _path(matrix: Floats, start: Floats, seconds: float) -> Floats:
+    """Return the states of y' = A y at ``PLACES`` equal steps of a time, the start first."""
+    step, path = expm(matrix * (seconds / PLACES)), [start]
+    for _ in range(PLACES):
+        path.append(step @ path[-1])
+    return np.array(path)
+
+
+def _reaches(force: Floats, limit: float, matrix: Floats, start: Floats, end: float) -> float:
+    """Return when a force, linear in the state, first exceeds a limit [s], ``end`` if never."""
+    beyond = np.flatnonzero(_path(matrix, start, end) @ force > limit)
+    if not beyond.size or beyond[0] == 0:
+        return 0.0 if beyond.size else end
+
+    def excess(t: float) -> float:
+        return float(force @ expm(matrix * t) @ start) - limit
+
+    low = end / PLACES * (int(beyond[0]) - 1)
+    return float(brentq(excess, low, low + end / PLACES, xtol=1e-16 * end, rtol=1e-15))
 
 
 # ---- a sphere that bounces under gravity on a linear spring and dashpot
@@ -142,27 +131,15 @@ def rebound(omega: float, zeta: float, gravity: float, speed: float) -> Rebound 
 
     ``omega`` = sqrt(k/m) [rad/s], ``zeta`` the damping ratio, below 1.
     """
-    from scipy.optimize import brentq
-
-    turns = omega * math.sqrt(1.0 - zeta * zeta)
-    rest = gravity / omega**2
-    sine = (gravity - zeta * omega * speed) / turns
-
-    def velocity(time: float) -> float:
-        wave = speed * math.cos(turns * time) + sine * math.sin(turns * time)
-        return math.exp(-zeta * omega * time) * wave
-
-    def overlap(time: float) -> float:
-        wave = -rest * math.cos(turns * time)
-        wave += (speed - zeta * omega * rest) / turns * math.sin(turns * time)
-        return rest + math.exp(-zeta * omega * time) * wave
-
-    peak = math.atan2(speed, -sine) / turns
-    trough = peak + math.pi / turns
-    if overlap(trough) > 0.0:
+    # of omega x, x' and 1
+    rates = np.array([[0.0, omega, 0.0], [-omega, -2.0 * zeta * omega, gravity], [0.0, 0.0, 0.0]])
+    start, period = np.array([0.0, speed, 1.0]), 2.0 * math.pi / omega / math.sqrt(1.0 - zeta**2)
+    end = _reaches(np.array([-1.0, 0.0, 0.0]), 0.0, rates, start, period)
+    if end == period:
         return None
-    end = float(brentq(overlap, peak, trough, xtol=1e-16 * trough, rtol=1e-15))
-    return Rebound(end, -velocity(end), overlap(peak))
+    turn = _reaches(np.array([0.0, -1.0, 0.0]), 0.0, rates, start, period)
+    _, last, _ = expm(rates * end) @ start
+    return Rebound(end, -float(last), float((expm(rates * turn) @ start)[0]) / omega)
 
 
 # ---- adhesion of elastic spheres: forces and overlaps of pull-off
@@ -227,26 +204,15 @@ def mdr_pull_off(surface_energy: float, modulus: float, radius: float) -> tuple[
     :func:`mdr_force_and_depth`.
     """
 
-    def radius_where(part: float) -> float:
+    def where_length_is(part: float) -> tuple[float, float]:
         def excess(a: float) -> float:
             length = math.sqrt(2.0 * math.pi * a * surface_energy / modulus)
-            return 2.0 * a * a / math.sqrt((radius - a) * (radius + a)) - part * length
+            return 2.0 * a * a - part * length * math.sqrt((radius - a) * (radius + a))
 
-        return _root(excess, 0.0, radius)
+        a = float(brentq(excess, 1e-9 * radius, radius, xtol=1e-16 * radius, rtol=1e-15))
+        return mdr_force_and_depth(surface_energy, modulus, radius, a)
 
-    tension, _ = mdr_force_and_depth(surface_energy, modulus, radius, radius_where(1.5))
-    _, last = mdr_force_and_depth(surface_energy, modulus, radius, radius_where(0.5))
-    return -tension, last
-
-
-def _root(excess: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function that is negative just above ``low`` turns positive, to round-off."""
-    while low < (middle := 0.5 * (low + high)) < high:
-        if excess(middle) < 0.0:
-            low = middle
-        else:
-            high = middle
-    return high
+    return -where_length_is(1.5)[0], where_length_is(0.5)[1]
 
 
 # ---- oblique elastic impact with partial slip
@@ -263,8 +229,6 @@ def _root(excess: Callable[[float], float], low: float, high: float) -> float:
 #
 # with u and v the tangential and normal velocity at the contact. Sliding throughout, from psi = 4
 # chi - 1 on, the rebound is psi - 4 chi.
-
-Array = NDArray[np.float64]
 
 SPRINGS, STEPS = 200, 2000  # on half of the largest contact, and of the impact
 
@@ -299,30 +263,19 @@ def partial_slip_rebound(
     return np.asarray(speed.reshape(psi.shape))
 
 
-def spring_strains(strains: Array, limit: Array) -> Array:
+def spring_strains(strains: Floats, limit: Floats) -> Floats:
     """Return strains cut back to Coulomb's limit; a spring that has left carries nothing."""
     return np.clip(strains, -limit, limit)
 
 
-@lru_cache(maxsize=8)
-def _normal_motion(steps: int) -> tuple[Array, Array]:
+def _normal_motion(steps: int) -> tuple[Floats, Floats]:
     """Return times and overlaps of a Hertzian impact with E* = R = m = v = 1, (steps + 1,)."""
-    from scipy.integrate import solve_ivp
-
-    def rates(_: float, y: Array) -> list[float]:
-        return [y[1], -4.0 / 3.0 * max(y[0], 0.0) ** 1.5]
-
-    def parts(_: float, y: Array) -> float:
-        return float(y[0])
-
-    parts.terminal, parts.direction = True, -1.0  # type: ignore[attr-defined]
-    solution = solve_ivp(
-        rates, (0.0, 10.0), [0.0, 1.0], events=parts, dense_output=True, rtol=1e-11, atol=1e-13
-    )
-    assert solution.t_events is not None
-    assert solution.sol is not None
-    time = np.linspace(0.0, solution.t_events[0][0], steps + 1)
-    return time, np.maximum(solution.sol(time)[0], 0.0)
+    time = np.linspace(0.0, contact_time(1.0, 4.0 / 3.0, 1.0), steps + 1)
+    run = solve_ivp(
+        lambda _, y: [y[1], -4.0 / 3.0 * max(y[0], 0.0) ** 1.5],
+        (0.0, time[-1]), [0.0, 1.0], t_eval=time, rtol=1e-11, atol=1e-13,
+    )  # fmt: skip
+    return time, np.maximum(run.y[0], 0.0)
 
 
 # ---- a solid sphere that slides, rolls or turns on a plane under its weight
@@ -387,44 +340,21 @@ def twisting_spin(
 ) -> float:
     """Return the spin [rad/s] after a time [s] of a body that only a twisting contact slows down.
 
-    ``inertia`` in kg m2; ``spring``: stiffness [N m] and dashpot [N m s] of less than critical
-    damping; ``limit`` [N m] of the torque. It sticks until the torque reaches the limit, slows down
-    at a constant rate while it slips, and sticks again where k omega = c limit / I, the rate of the
-    torque if it stuck being none: from there on it swings below the limit.
+    ``inertia`` in kg m2; ``spring``: stiffness [N m] and dashpot [N m s]; ``limit`` [N m] of the
+    torque. It sticks until the torque reaches the limit, slows down at a constant rate while it
+    slips, and sticks again where k omega = c limit / I, the rate of the torque if it stuck being
+    none: from there on it swings below the limit.
     """
-    from scipy.optimize import brentq
-
     k, c = spring
-    decay, omega = 0.5 * c / inertia, math.sqrt(k / inertia)
-    if decay >= omega:
-        raise ValueError(f"dashpot = {c!r} N m s: must be below critical damping")
-    rate = math.sqrt(omega * omega - decay * decay)
-
-    def swings(t: float, turned: float, speed: float) -> tuple[float, float]:
-        """Return angle and spin of the damped oscillation after a time."""
-        sine, cosine, decayed = math.sin(rate * t), math.cos(rate * t), math.exp(-decay * t)
-        push = (speed + decay * turned) / rate
-        angle = decayed * (turned * cosine + push * sine)
-        return angle, decayed * rate * (push * cosine - turned * sine) - decay * angle
-
-    def beyond(t: float) -> float:
-        turned, speed = swings(t, 0.0, spin)
-        return k * turned + c * speed - limit
-
-    # the torque is largest where its rate k omega + c alpha is none
-    phase = math.atan2(rate * (k - 2.0 * decay * c), decay * k + c * (rate**2 - decay**2))
-    largest = max(0.0, phase) / rate
-    if beyond(largest) <= 0.0:
-        return swings(time, 0.0, spin)[1]
-    slips = 0.0 if beyond(0.0) >= 0.0 else float(brentq(beyond, 0.0, largest, xtol=1e-16 / omega))
-    if time <= slips:
-        return swings(time, 0.0, spin)[1]
-    start, slowing = swings(slips, 0.0, spin)[1], limit / inertia
+    sticks = np.array([[0.0, 1.0], [-k / inertia, -c / inertia]])  # of angle and spin
+    slips = _reaches(np.array(spring), limit, sticks, np.array([0.0, spin]), time)
+    first = float((expm(sticks * slips) @ [0.0, spin])[1])
+    slowing = limit / inertia
     last = c * slowing / k
-    stands = slips + max(0.0, start - last) / slowing
+    stands = slips + max(0.0, first - last) / slowing
     if time <= stands:
-        return start - slowing * (time - slips)
-    return swings(time - stands, (limit - c * last) / k, last)[1]
+        return first - slowing * (time - slips)
+    return float((expm(sticks * (time - stands)) @ [(limit - c * last) / k, last])[1])
 
 
 # ---- a sphere let go on an incline, held or slowed down by rolling resistance
@@ -438,30 +368,23 @@ def twisting_spin(
 # tan(angle) < mu_r, at q = m p / k_r, x = q + m p / k; else accelerated by
 # 5/7 (p - mu_r g cos(angle)) in the mean.
 
-PLACES = 4000  # in the time at which forces are compared with their limits
-
 
 def on_an_incline(
     times: Iterable[float], pull: float, mass: float, tangential: tuple[float, float],
     rolling: tuple[float, float], limits: tuple[float, float],
-) -> list[Array] | None:  # fmt: skip
+) -> list[Floats] | None:  # fmt: skip
     """Return x [m], x' [m/s], q [m] and q' [m/s] of a sphere let go at rest, at times [s].
 
     ``pull`` is gravity along the incline [m/s2], both springs stiffness [N/m] and dashpot [kg/s];
     ``limits`` of their forces [N]. None where the contact slides, and where the torque falls below
     its limit again.
     """
-    from scipy.linalg import expm
-    from scipy.optimize import brentq
-
     (k, c), (kr, cr), times = tangential, rolling, [*times]
     w = math.sqrt(k / mass)
     slip = np.array([k / w, c, -k / w, -c, 0.0])  # T, of (w x, x', w q, q', 1)
     resists = np.array([0.0, 0.0, kr / w, cr, 0.0])
-    constant = np.array([0.0, 0.0, 0.0, 0.0, limits[1]])
 
-    def rates(turning: Array) -> Array:
-        """Return the matrix of the motion under a torque over r, linear in the state."""
+    def rates(turning: Floats) -> Floats:
         matrix = np.zeros((5, 5))
         matrix[0, 1] = matrix[2, 3] = w
         matrix[1] = -slip / mass
@@ -469,42 +392,28 @@ def on_an_incline(
         matrix[3] = (slip - turning) / (0.4 * mass)
         return matrix
 
-    def states(matrix: Array, first: Array, span: float) -> Array:
-        step, path = expm(matrix * span / PLACES), [first]
-        for _ in range(PLACES):
-            path.append(step @ path[-1])
-        return np.array(path)
-
     sticking, start, end = rates(resists), np.array([0.0, 0.0, 0.0, 0.0, 1.0]), max(times)
-    path = states(sticking, start, end)
-    beyond = np.flatnonzero(path @ resists > limits[1])
-    rolls = end
-    if beyond.size:
-
-        def excess(t: float) -> float:
-            return float(resists @ expm(sticking * t) @ start) - limits[1]
-
-        low = end / PLACES * (int(beyond[0]) - 1)
-        rolls = float(brentq(excess, low, low + end / PLACES, xtol=1e-16 * end, rtol=1e-15))
-        path = path[: int(beyond[0])]
-    elif np.abs(path @ resists).max() > limits[1]:
+    rolls = _reaches(resists, limits[1], sticking, start, end)
+    path = _path(sticking, start, rolls)
+    if np.abs(path @ resists).max() > limits[1] * (1.0 + 1e-9):
         return None
-    turned = expm(sticking * rolls) @ start
-    onward = rates(constant)
+    onward, turned = (
+        rates(np.array([0.0, 0.0, 0.0, 0.0, limits[1]])),
+        expm(sticking * rolls) @ start,
+    )
     if rolls < end:
-        after = states(onward, turned, end - rolls)
-        rising = after @ (kr * np.array([0, 0, 0, 1.0, 0]) + cr * onward[3])
+        after = _path(onward, turned, end - rolls)
+        rising = after @ (np.array([0.0, 0.0, 0.0, kr, 0.0]) + cr * onward[3])
         if rising.min() < -1e-9 * np.abs(rising).max():
             return None
         path = np.concatenate([path, after])
     if np.abs(path @ slip).max() > limits[0]:
         return None
-    scales = np.array([1.0 / w, 1.0, 1.0 / w, 1.0])
     reached = [
         expm(sticking * t) @ start if t <= rolls else expm(onward * (t - rolls)) @ turned
         for t in times
     ]
-    return [state[:4] * scales for state in reached]
+    return [state[:4] / (w, 1.0, w, 1.0) for state in reached]
 
 
 def against_constant_torque(
@@ -566,8 +475,8 @@ def cooling_rate(conductance: float, capacities: Iterable[float]) -> float:
 
 
 def driven(
-    times: Array, frequency: float, decay: float, acceleration: float, drive: float
-) -> tuple[Array, Array]:
+    times: Floats, frequency: float, decay: float, acceleration: float, drive: float
+) -> tuple[Floats, Floats]:
     """Return y [m] and y' [m/s] at times [s], each (M,): W and d, a [m/s2] and w [rad/s].
 
     From rest; w may not be W without damping.

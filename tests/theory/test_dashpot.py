@@ -9,16 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from harness.model.conventions import Rules
-from harness.model.law import Law, damping_ratio
-from harness.model.scene import Body, Scene
-from harness.solvers import reference
+from harness.model.law import damping_ratio
 from harness.theory.contact import (
     duration_clipped,
     duration_unclipped,
     largest_overlap,
     restitution_clipped,
-    restitution_in_steps,
     restitution_unclipped,
 )
 from harness.theory.contact import rebound as rebound_under_gravity
@@ -83,33 +79,6 @@ def test_the_largest_overlap_is_that_of_the_integrated_motion(zeta):
     t = np.linspace(0.0, duration_clipped(zeta), 200_001)
     x = np.exp(-zeta * t) * (np.sin(root * t) / root).real
     assert largest_overlap(zeta) == pytest.approx(x.max(), rel=1e-9)
-
-
-@pytest.mark.parametrize("clipped", [False, True])
-@pytest.mark.parametrize("scheme", ["velocity_verlet", "mfix_euler"])
-@pytest.mark.parametrize("steps", [8.0, 20.0])
-def test_the_restitution_in_steps_is_the_greatest_of_the_reference(steps, scheme, clipped):
-    zeta = damping_ratio(0.3)
-    step = math.pi / steps  # of a contact with k = m = 1
-    fixed = Body(radius=0.5, mass=1.0, motion="frozen")
-    found = []
-    for phase in range(60):
-        start = (0.0, 1.0 + step * (1.0 + (phase + 0.5) / 60), 0.0)
-        grain = Body(radius=0.5, mass=1.0, position=start, velocity=(0.0, -1.0, 0.0))
-        scene = Scene(bodies=(grain, fixed), law=Law.linear(1.0, zeta, clipped), step=step,
-                      steps=3 * int(steps), every=3 * int(steps))  # fmt: skip
-        found.append(reference.run(scene, Rules(scheme=scheme)).velocity[-1, 0, 1])
-    exact = (restitution_clipped if clipped else restitution_unclipped)(zeta)
-    greatest = restitution_in_steps(zeta, steps, clipped=clipped)
-    assert greatest >= exact
-    assert max(*found, exact) == pytest.approx(greatest, abs=0.006)
-    assert max(found) <= greatest + 1e-6
-
-
-@given(st.floats(0.05, 0.9), st.floats(20.0, 1e6), st.booleans())
-def test_the_restitution_in_steps_tends_to_the_closed_form(zeta, steps, clipped):
-    exact = (restitution_clipped if clipped else restitution_unclipped)(zeta)
-    assert 0.0 <= restitution_in_steps(zeta, steps, clipped=clipped) - exact < 4.0 / steps
 
 
 # ---- a falling sphere

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from harness.errors import RequestError
-from harness.theory import incline
 from harness.theory.chain import shock_from_impulse_ratio, shock_from_restitution
 from harness.theory.incline import (
     STATIC_ANGLE_DEG,
@@ -180,21 +179,3 @@ def test_values_out_of_range_and_other_readings_are_named(function, value, words
         function(value)
     with pytest.raises(RequestError, match="'given' is not allowed: must be 'kept' or 'lost'"):
         function(0.5, "given")
-
-
-# ---- the energy argument
-
-
-@pytest.mark.parametrize("springs", range(1, incline.LARGEST_HEIGHT + 1))
-def test_the_impulse_ratio_is_the_inverse_of_the_speed_that_a_row_of_springs_takes_up(springs):
-    """Static equilibrium of a row of nodes: K x = f, then the energy spring by spring."""
-    stiff = 2 * np.eye(springs) - np.eye(springs, k=1) - np.eye(springs, k=-1)
-    stiff[-1, -1] = 1.0  # the far end is free and pulled, the near one is fixed
-    stretch = np.diff(np.linalg.solve(stiff, np.eye(springs)[-1]), prepend=0.0)
-    speed = math.sqrt(float(np.sum(stretch**2)))
-    assert incline.impulse_ratio(springs) == pytest.approx(1.0 / speed, rel=1e-12)
-
-
-def test_heights_below_one_are_named():
-    with pytest.raises(RequestError, match=r"^height = 0 is not allowed: .* at least 1$"):
-        incline.impulse_ratio(0)

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from harness.theory import incline as coulomb
 from harness.theory import incline as theory
-from harness.theory import incline_coulomb as coulomb
-from harness.theory.incline_coulomb import CREST, Grain, State, integrated_critical_angle
+from harness.theory.incline import CREST, Grain, State, integrated_critical_angle
 
 SPHERE, DISC = 0.4, 0.5
 HALF_ANGLES = st.floats(3.0, 33.0)
@@ -71,7 +71,7 @@ def test_a_well_is_that_of_the_equations_in_time(inertia, ratio, friction):
     start = State(1e-3, 1e-3 / math.sqrt(1 + inertia), 1e-3 / math.sqrt(1 + inertia))
     before = followed(start, phi + tilt, grain)
     assert before == pytest.approx(coulomb.over_arc(CREST, phi + tilt, grain), abs=1e-7)
-    after = State(tilt - phi, *coulomb.shock(before, grain, phi))
+    after = State(tilt - phi, *coulomb.after_shock(before, grain, phi))
     next_crest = coulomb.over_arc(after, 0.0, grain)
     assert followed(after, 0.0, grain) == pytest.approx(next_crest, abs=1e-7)
 
@@ -123,7 +123,7 @@ def keeps_moving(grain, tilt_deg, wells=600):
         before = coulomb.over_arc(state, EQUAL + tilt, grain)
         if before.angle < EQUAL + tilt:
             return False
-        state = State(tilt - EQUAL, *coulomb.shock(before, grain, EQUAL))
+        state = State(tilt - EQUAL, *coulomb.after_shock(before, grain, EQUAL))
     return True
 
 
@@ -139,14 +139,14 @@ def test_steady_motion_ends_at_that_angle_or_with_slight_friction_just_below(fri
 def test_the_smallest_grain_takes_off_at_its_critical_angle(friction, ratio):
     grain = Grain(friction, SPHERE)
     half = coulomb.largest_half_angle(grain)
-    assert theory.size_ratio(half) == pytest.approx(ratio, abs=5e-6)
+    assert coulomb.smallest_size_ratio(grain) == pytest.approx(ratio, abs=5e-6)
     if friction:
         integrated_critical_angle(half - 1e-3, grain)
         with pytest.raises(coulomb.LeavesRow):
             integrated_critical_angle(half + 1e-3, grain)
     else:
         assert half + theory.critical_angle_without_loss(half, 0.0) == pytest.approx(
-            theory.flight_angle(0.0)
+            math.degrees(math.acos(2.0 / 3.0))
         )
 
 

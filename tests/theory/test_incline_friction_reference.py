@@ -12,9 +12,9 @@ import pytest
 from harness.model.law import Law
 from harness.model.scene import Body, Scene
 from harness.solvers import reference
+from harness.theory import incline as coulomb
 from harness.theory import incline as theory
-from harness.theory import incline_coulomb as coulomb
-from harness.theory.incline_coulomb import Grain, State
+from harness.theory.incline import Grain, State
 
 SPHERE, DISC, GRAVITY = 0.4, 0.5, 9.81
 ROW = tuple(Body(radius=1.0, mass=1.0, position=(x, 0, 0), motion="frozen") for x in (0.0, 2.0))
@@ -61,7 +61,9 @@ def after_shock(friction, inertia, ratio, zeta=100.0, stiffness=1e6, dashpot=Non
 def test_shock(inertia, ratio, share):
     half = theory.well_half_angle(ratio)
     friction = share * theory.sticking_friction(half, inertia)
-    expected = coulomb.shock(State(0.0, 1.0, 1.0), Grain(friction, inertia), half_angle(ratio))
+    expected = coulomb.after_shock(
+        State(0.0, 1.0, 1.0), Grain(friction, inertia), half_angle(ratio)
+    )
     assert after_shock(friction, inertia, ratio) == pytest.approx(expected, abs=2e-5)
     assert (expected[0] == expected[1]) is (share > 1)
     if share in (0.0, 10.0):
@@ -73,7 +75,7 @@ def test_shock_converges_with_stiffness_and_dashpot():
     soft, stiff = (after_shock(0.5, SPHERE, 1.0, stiffness=k)[0] for k in (1e2, 1e6))
     assert abs(stiff**2 - 81 / 196) < 1e-5 < abs(soft**2 - 81 / 196)
     weak, strong = (after_shock(0.1, SPHERE, 1.0, zeta=z)[0] for z in (5.0, 50.0))
-    rigid = coulomb.shock(State(0.0, 1.0, 1.0), Grain(0.1, SPHERE), half_angle(1.0))[0]
+    rigid = coulomb.after_shock(State(0.0, 1.0, 1.0), Grain(0.1, SPHERE), half_angle(1.0))[0]
     assert weak - rigid > 50 * abs(strong - rigid)  # as 1 / zeta^2
     speed, rim = after_shock(1.0, SPHERE, 1.0, zeta=5.0, dashpot=1.0)  # rolls at once thereafter
     assert ((speed + SPHERE * rim) / (1 + SPHERE)) ** 2 == pytest.approx(0.41329, abs=5e-6)

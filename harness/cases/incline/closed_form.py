@@ -9,28 +9,26 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from scipy.optimize import brentq
-
-from harness.cases.incline.system import SPEED_AFTER_SHOCK, Incline, settled_before
+from harness.cases.incline.system import Incline
 from harness.errors import RequestError
 from harness.model.law import Contact
 from harness.report.content import Summarized
-from harness.theory import incline, incline_coulomb
+from harness.theory import incline
 from harness.theory.chain import (
     SHOCK_WITHOUT_REBOUND,
     Reading,
     shock_from_impulse_ratio,
     shock_from_restitution,
 )
-from harness.theory.contact import restitution_clipped, restitution_in_steps, restitution_unclipped
-from harness.theory.incline import INERTIA, Shape
-from harness.theory.incline_coulomb import FRICTIONLESS, INTEGRATED, ROLLING, Grain, LeavesRow
+from harness.theory.contact import restitution_clipped, restitution_unclipped
+from harness.theory.incline import FRICTIONLESS, INERTIA, INTEGRATED, ROLLING, Grain, Shape
 
 if TYPE_CHECKING:
     import pandas as pd
 
 ONE_SHOCK = 0.2  # restitution up to which rebounds within a well hardly move the angle
-PASSAGES = 0.4  # restitution up to which a passage is measured, where hops end within the well
+PASSAGES, FINE = 0.3, 20.0  # likewise up to which, and steps per contact from which on, hops end
+# within the well, before a passage is judged
 NO_REBOUND = 1e-6  # restitution below which the angle of rigid spheres is the closed form to 1e-10
 HIGHEST_FRICTION = 1e9
 LARGEST_SIZE_RATIO = 100.0  # with a critical angle of 5.6e-5 deg
@@ -125,7 +123,7 @@ def theory(
     if used:
         row = 1.0 if diameter is None else diameter
         size = row if grain_diameter is None else grain_diameter
-        return friction_theory(friction or 0.0, size, shape or "sphere", row)
+        return _with_friction(friction or 0.0, size, shape or "sphere", row)
     if restitution is not None:
         reading = reading or "kept"
         shock = shock_from_restitution(restitution, reading)
@@ -151,12 +149,9 @@ def _rebounds(restitution: float | None) -> dict[str, Any]:
     """Return the values of a restitution: both readings of one shock, and rigid spheres."""
     if restitution is None:
         return dict.fromkeys(REBOUND_KEYS)
-    from harness.solvers import hard_sphere  # compiled
-
-    flies = restitution > hard_sphere.MOST_RESTITUTION
     caveat = ONE_SHOCK_CAVEAT if restitution else None
-    angles = (*_readings(restitution), None if flies else hard_sphere.critical_angle(restitution))
-    return dict(zip(REBOUND_KEYS, (restitution, *angles, caveat), strict=True))
+    values = (restitution, *_readings(restitution), _rigid_spheres(restitution), caveat)
+    return dict(zip(REBOUND_KEYS, values, strict=True))
 
 
 def _readings(e: float) -> tuple[float, float]:
@@ -164,31 +159,30 @@ def _readings(e: float) -> tuple[float, float]:
     return kept, lost
 
 
-def friction_theory(
-    friction: float, grain_diameter: float, shape: Shape, diameter: float = 1.0
-) -> Theory:
-    """Return the critical angle with friction mu, of a grain and a row of these diameters [m].
+def _rigid_spheres(e: float) -> float | None:
+    """Return the angle of rigid spheres, every rebound followed, None where they fly."""
+    from harness.solvers import hard_sphere  # compiled
 
-    Raise RequestError for values out of range, and for a grain so small that it leaves the row,
-    with the bound.
-    """
+    return hard_sphere.critical_angle(e) if e <= hard_sphere.MOST_RESTITUTION else None
+
+
+def _with_friction(friction: float, grain_diameter: float, shape: Shape, diameter: float) -> Theory:
     _check(friction, grain_diameter, shape, diameter)
     half, grain = incline.well_half_angle(grain_diameter / diameter), Grain.of(friction, shape)
-    beta = grain.inertia
-    smallest = diameter * incline_coulomb.smallest_size_ratio(grain)
+    smallest = diameter * incline.smallest_size_ratio(grain)
     try:
-        angle, model = incline_coulomb.angle_with_friction(friction, shape, half)
-    except LeavesRow:
+        angle, model = incline.angle_with_friction(half, grain)
+    except incline.LeavesRow:
         raise RequestError(
             f"grain-diameter = {grain_diameter!r} is not allowed: must be at least "
             f"{math.ceil(1e6 * smallest / diameter) * 1e-6 * diameter:.7g} m at friction "
             f"{friction:g}, a smaller grain leaves the row below its critical angle"
         ) from None
     depth, gain = incline.well_depth(angle, half), incline.gain_per_crest(angle, half)
-    shock = incline.kept_speed(half, beta if model == ROLLING else 0.0) ** 2
+    shock = incline.kept_speed(half, grain.inertia if model == ROLLING else 0.0) ** 2
     after = depth
     if model == INTEGRATED:
-        before, after = incline_coulomb.kept_energy(angle, half, grain)
+        before, after = incline.kept_energy(angle, half, grain)
         shock = after / before
     return Theory(
         critical_angle_deg=angle,
@@ -198,13 +192,13 @@ def friction_theory(
         diameter_m=diameter,
         grain_diameter_m=grain_diameter,
         smallest_grain_diameter_m=smallest,
-        sticking_friction=incline.sticking_friction(half, beta),
-        rolling_friction=incline.rolling_friction(half, beta),
+        sticking_friction=incline.sticking_friction(half, grain.inertia),
+        rolling_friction=incline.rolling_friction(half, grain.inertia),
         shock=shock,
         static_angle_deg=half,
         no_flight_bound_deg=incline.no_flight_bound(shock, half)
         if model == FRICTIONLESS
-        else incline_coulomb.integrated_no_flight_bound(half, grain),
+        else incline.integrated_no_flight_bound(half, grain),
         well_depth=depth,
         gain_per_crest=gain,
         steady_energy=after,
@@ -226,14 +220,6 @@ def _check(friction: float, grain_diameter: float, shape: str, diameter: float) 
         )
 
 
-def angle_or_nan(friction: float, shape: Shape, half_angle_deg: float) -> float:
-    """Return the angle with friction [deg], NaN for a grain that leaves the row."""
-    try:
-        return incline_coulomb.angle_with_friction(friction, shape, half_angle_deg)[0]
-    except LeavesRow:
-        return math.nan
-
-
 # ---- what is expected of a case
 
 
@@ -247,8 +233,8 @@ def rigid_angle(case: Incline) -> tuple[float, str]:
     """Return the critical angle [deg] of rigid grains without rebound, and its model."""
     if case.is_plain:
         return incline.critical_angle(), FRICTIONLESS
-    half = math.degrees(case.half_angle)
-    return incline_coulomb.angle_with_friction(case.friction, case.shape, half)
+    grain = Grain.of(case.friction, case.shape)
+    return incline.angle_with_friction(math.degrees(case.half_angle), grain)
 
 
 def expected_angle(case: Incline) -> float | None:
@@ -256,10 +242,7 @@ def expected_angle(case: Incline) -> float | None:
     e = rebound(case.contact)
     if e <= NO_REBOUND or (e <= ONE_SHOCK and not case.is_plain):
         return rigid_angle(case)[0]
-    from harness.solvers import hard_sphere
-
-    slides = case.is_plain and e <= hard_sphere.MOST_RESTITUTION
-    return hard_sphere.critical_angle(e) if slides else None
+    return _rigid_spheres(e) if case.is_plain else None
 
 
 def angles_to_compare(contact: Contact) -> dict[str, float | str]:
@@ -290,22 +273,12 @@ def _one_shock_text(contact: Contact) -> str:
 
 
 def check_passage(case: Incline) -> None:
-    """Raise RequestError for a contact whose rebounds go on where a passage is judged.
-
-    The restitution that decides is that of the contact in the steps of the case.
-    """
+    """Raise RequestError for a contact whose rebounds may go on where a passage is judged."""
     e, steps = rebound(case.contact), case.steps_per_contact
-    if e <= ONE_SHOCK:
-        return
-    zeta, clipped = case.contact.zeta_against_full_mass, case.contact.clipped
-    in_steps = restitution_in_steps(zeta, steps, clipped=clipped)
-    if in_steps > (most := most_restitution(case)):
-        up_to = f", up to {in_steps:.3g} at {steps:g} steps per contact" if e <= most else ""
-        refuse_passage(
-            case,
-            f"one of restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}"
-            f"{up_to})",
-        )
+    most = PASSAGES if steps >= FINE else ONE_SHOCK
+    if e > most * (1.0 + 1e-9):
+        few = f" and {steps:g} steps per contact, below {FINE:g}" if steps < FINE else ""
+        refuse_passage(case, f"one of restitution {most:g} at most (here {e:.3g}{few})")
 
 
 def refuse_passage(case: Incline, reason: str) -> NoReturn:
@@ -314,19 +287,3 @@ def refuse_passage(case: Incline, reason: str) -> NoReturn:
         "method = 'passage' needs a contact that ends the rebounds within one well, "
         f"{reason}: use method 'steady'; {_one_shock_text(case.contact)}"
     )
-
-
-def most_restitution(case: Incline) -> float:
-    """Return the restitution up to which a passage of a contact of this stiffness is measured.
-
-    The hops of rigid spheres end a contact time before the passage is judged: those of a spring end
-    up to half a contact time later or earlier (in the reference at k d / m g of 1e4 to 1e6).
-    """
-    from harness.solvers import hard_sphere
-
-    upright = case.replace(angle=incline.critical_angle())
-    judged = settled_before(upright) + SPEED_AFTER_SHOCK * case.contact_time / case.unit_of_time
-    judged = math.degrees(judged)
-    if hard_sphere.hops_end(PASSAGES) >= judged:
-        return PASSAGES
-    return float(brentq(lambda e: hard_sphere.hops_end(e) - judged, 0.0, PASSAGES, xtol=1e-4))

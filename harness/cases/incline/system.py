@@ -32,8 +32,7 @@ from harness.model.law import (
     contact_values,
 )
 from harness.model.scene import Body, Scene, Stage
-from harness.theory.incline import INERTIA, Shape
-from harness.theory.incline_coulomb import Grain, smallest_size_ratio
+from harness.theory.incline import INERTIA, Grain, Shape, smallest_size_ratio
 
 Route = Literal["passage", "steady"]
 

@@ -1,27 +1,84 @@
-"""The case ``tower``: one run of it, its checks and its sections of a report."""
+"""The case ``tower``: one run of it, its checks and its sections of a report.
+
+A tower has no dissipation, so every engine with a linear spring runs the same physics, whatever
+its rules on damping. Each is compared with the exact propagator, which has no step, and at equal
+steps; RK4 of this package likewise, and the two laws with one another.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from importlib.resources import files
+from itertools import product
+from typing import Any
 
-from harness.cases.base import Case, Check, Quantity
-from harness.cases.bench import Bench
-from harness.cases.tower import checks, show
-from harness.cases.tower.impulse import MARGIN, Runner
-from harness.cases.tower.parameters import SEARCH, Tower, TowerParameters
-from harness.cases.tower.runs import Setup, TowerRun, make_setup, read, solve
-from harness.cases.tower.windows import (
+import numpy as np
+
+from harness.cases.base import Case, Check, Level, Quantity, Value
+from harness.cases.bench import OWN, Bench
+from harness.cases.tower.impulse import (
+    MARGIN,
+    READINGS,
+    Runner,
+    Window,
+    angle_figure,
     energy_drift,
+    first_contact_end,
     grain_velocity_at,
     impulse,
+    impulse_angles,
+    impulse_until,
     peak_force,
+    source_angles,
     turnaround,
     window_end,
 )
+from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower, TowerParameters
+from harness.cases.tower.runs import Setup, TowerRun, make_setup, read, run_in, solve
 from harness.engines.base import Engine, Job, Output
 from harness.errors import EngineOutputError, RequestError
-from harness.report.content import Discs, Section
+from harness.model.scene import Floats
+from harness.report.content import Discs, Drawing, Opening, Section
+from harness.results.rows import Kind, Tolerance
+from harness.results.series import first_divergence
+from harness.theory.chain import DETACHMENT_TAU, Reading, grain_velocity
+
+LEVELS: dict[int, Level] = {1: "quick", 2: "quick", 3: "default", 10: "default"}
+RATIO_WINDOWS: dict[int, tuple[Window, ...]] = {
+    2: ("turnaround", "structure", "first-contact"),
+    3: ("turnaround", "structure", "first-contact"),
+    10: ("turnaround", "first-contact"),  # its chain never holds all ten contacts
+}
+TALL = Tower(height=40, law="overlap", gravity=0.0)
+TALL_NAME, TALL_SAMPLES = "tall tower", 6000
+LAW_HEIGHTS = (2, 10, 19)  # at which both laws are compared
+
+Number = Callable[[TowerRun], float]
+
+VERLET = "velocity-verlet"  # scheme of second order; of others the reference's error is allowed
+SAME_TIME = 1e-12  # [-] of a run: differences of times that round-off makes
+EQUAL_STEPS = 1e-9
+FORCE: dict[Law, Tolerance] = {
+    "overlap": Tolerance(
+        absolute=1e-5,
+        reason="velocity Verlet at 1000 steps per contact: second order, (omega h)^2 = 1e-5; RK4 "
+        "at 4000 steps takes contact changes at second order too",
+    ),
+    "deformable": Tolerance(
+        absolute=1e-4,
+        reason="as for the overlap law, but the highest frequency grows with the touching chain: "
+        "ten times the room",
+    ),
+}
+IMPULSE = Tolerance(relative=1e-5, reason="an integral of the force, at least as close as it")
+RATIO = Tolerance(absolute=1e-5, reason="two impulses, each good to 1e-5 at worst")
+TALL_TOWER = Tolerance(absolute=1e-5, reason="velocity Verlet: (omega h)^2 = 1e-5")
+NO_STEP = Tolerance(relative=1e-10, reason="no step: round-off, and events located to 1e-13")
+SAME_STEPS = Tolerance(
+    absolute=EQUAL_STEPS, reason="the same steps: round-off, which contact changes magnify"
+)
 
 
 def _force_scale(case: Tower) -> float:
@@ -76,7 +133,7 @@ class TowerCase(Case[TowerParameters]):
 
     def reference(self, parameters: TowerParameters, bench: Bench) -> Mapping[str, float]:
         """Return the quantities at equal steps, of the deformable law by velocity Verlet here."""
-        return _quantities(checks.reference_run(_setup(parameters), bench), parameters)
+        return _quantities(reference_run(_setup(parameters), bench), parameters)
 
     def solve(self, parameters: TowerParameters, solver: str) -> Mapping[str, float]:
         """Return the quantities by the exact propagator or RK4."""
@@ -104,19 +161,19 @@ class TowerCase(Case[TowerParameters]):
         numbers = output.table(("step",))["step"]
         steps, every = int(numbers[-1]), int(numbers[min(1, len(numbers) - 1)])
         step = parameters.duration * parameters.contact_time / steps
-        return show.discs(read(Setup(parameters, parameters.duration, step, steps, every), output))
+        return read(Setup(parameters, parameters.duration, step, steps, every), output).discs()
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, against the exact propagator and at equal steps."""
-        return checks.engine_checks(engine)
+        return engine_checks(engine)
 
     def own_checks(self) -> Iterable[Check]:
         """Return RK4 against the exact propagator, and findings on the two laws."""
-        return checks.solver_checks()
+        return solver_checks()
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return what a tower does to the critical angle, and the forces of engines."""
-        return show.sections(benches)
+        return [_section()]
 
 
 def _setup(parameters: TowerParameters) -> Setup:
@@ -129,7 +186,7 @@ def _duration(parameters: TowerParameters) -> float:
     return parameters.duration if end < parameters.duration else end * MARGIN
 
 
-@lru_cache(maxsize=64)
+@cache
 def _exact(parameters: TowerParameters) -> TowerRun:
     """Return the exact run that covers the duration and the turnaround window."""
     runner = Runner("exact")
@@ -146,6 +203,280 @@ def _quantities(run: TowerRun, parameters: TowerParameters) -> dict[str, float]:
         "energy_drift": energy_drift(run),
         "final_velocity_m_per_s": grain_velocity_at(run, end),
     }
+
+
+# ---- runs that checks compare
+
+
+def run_of(setup: Setup, bench: Bench) -> TowerRun:
+    """Return the run in an engine; of this package's solvers, by RK4 in its own steps."""
+    if bench.name == OWN:
+        return bench.once(solve, setup.tower, "rk4")
+    return bench.once(run_in, bench, setup)[0]
+
+
+def reference_run(setup: Setup, bench: Bench) -> TowerRun:
+    """Return the run at equal steps: a scene by the reference, else velocity Verlet here."""
+    if setup.tower.law == "overlap":
+        return read(setup, bench.reference_output(setup.scene))
+    return bench.once(
+        solve, setup.tower, "verlet", samples=setup.samples,
+        duration=setup.duration, steps_per_contact=setup.steps_per_contact,
+    )  # fmt: skip
+
+
+@cache
+def exact_run(case: Tower, duration: float, samples: int) -> TowerRun:
+    """Return an exact run, made once for all engines."""
+    return solve(case, "exact", duration=duration, samples=samples)
+
+
+def _exact_of(setup: Setup) -> TowerRun:
+    return exact_run(setup.tower, setup.duration, setup.samples)
+
+
+# ---- engines
+
+
+def engine_checks(engine: Engine) -> Iterator[Check]:
+    """Yield the checks of an engine; of a law that it refuses the first alone, for the reason."""
+    for law in LAWS:
+        first, *others = law_checks(law)
+        yield first
+        if not engine.refuses(first.jobs[0]):
+            yield from others
+    tall = make_setup(TALL, samples=TALL_SAMPLES)
+    yield replace(
+        _check(tall, "impulse_ratio", first_contact_ratio, TALL_TOWER),
+        setup=TALL_NAME, expected=endless_ratio, kind=Kind.ANALYTIC,
+        note="first contact, over that of a rigid base; a row without end in Bessel functions",
+    )  # fmt: skip
+
+
+def law_checks(law: Law) -> Iterator[Check]:
+    """Yield the checks of a law: force, impulse, equal steps, alpha."""
+    setups = {height: make_setup(Tower(law=law, height=height)) for height in LEVELS}
+    for setup in setups.values():
+        yield from exact_checks(setup)
+        yield replace(
+            _check(setup, "motion_difference", peak_force, SAME_STEPS), check="equal steps",
+            measure=partial(motion_difference, setup), expected=0.0, tolerance=SAME_STEPS,
+            note="largest difference of all particles, over the sizes of the columns",
+        )  # fmt: skip
+    first = setups[1]
+    for height, window in ((n, window) for n, names in RATIO_WINDOWS.items() for window in names):
+        yield _ratio_check(setups[height], first, partial(impulse, window=window), window)
+
+
+def exact_checks(setup: Setup) -> Iterator[Check]:
+    """Yield the checks of force and impulse of one run against the exact ones."""
+    yield _check(
+        setup, "force_difference", force_difference, FORCE[setup.tower.law], expected=0.0,
+        note="largest difference from the exact force on the grain, over its peak",
+    )  # fmt: skip
+    yield _check(setup, "impulse_Ns", impulse, IMPULSE, unit="N s")
+
+
+def _ratio_check(setup: Setup, first: Setup, impulse_of: Number, window: Window) -> Check:
+    """Return the check of alpha, the impulse over that on one contact."""
+    return _check(
+        setup, "impulse_ratio", impulse_of, RATIO, check=window, jobs=[first.job, setup.job],
+        measure=lambda bench: impulse_of(run_of(setup, bench)) / impulse_of(run_of(first, bench)),
+        expected=lambda _: impulse_of(_exact_of(setup)) / impulse_of(_exact_of(first)),
+    )  # fmt: skip
+
+
+def _check(setup: Setup, quantity: str, number: Number, tolerance: Tolerance, **how: Any) -> Check:
+    """Return the check of a number of a run, expected as of the exact run unless given."""
+    return Check(**{
+        "setup": f"{setup.tower.law} law, n = {setup.tower.height}",
+        "quantity": quantity,
+        "unit": "1",
+        "level": LEVELS.get(setup.tower.height, "default"),
+        "measure": lambda bench: number(run_of(setup, bench)),
+        "expected": lambda _: number(_exact_of(setup)),
+        "tolerance": partial(_of_scheme, setup, tolerance, number),
+        "jobs": [setup.job],
+        **how,
+    })  # fmt: skip
+
+
+def _of_scheme(setup: Setup, tolerance: Tolerance, measure: Number, bench: Bench) -> Tolerance:
+    """Return a tolerance for velocity Verlet; of other schemes, with the reference's error."""
+    verlet = bench.name == OWN or bench.engine.traits.integrator == VERLET
+    if verlet or setup.tower.law != "overlap":
+        return tolerance
+    step_error = abs(measure(reference_run(setup, bench)) - measure(_exact_of(setup)))
+    return Tolerance(
+        tolerance.absolute + step_error,
+        tolerance.relative + 10.0 ** (1 - bench.engine.traits.digits),
+        f"{tolerance.reason}; the reference by the same scheme is off by {step_error:.2g}",
+    )
+
+
+# ---- measures
+
+
+def force_difference(run: TowerRun, exact: TowerRun | None = None) -> float:
+    """Return the largest difference of the force on the grain, over the exact peak [-].
+
+    At the samples that both have: solvers add samples of their own where contacts change.
+    ``exact`` has a sample at each step of a run unless given. Raise EngineOutputError without any.
+    """
+    if exact is None:
+        exact = exact_run(run.tower, SEARCH, round(run.time[-1] / run.step)) if run.step else run
+    near = SAME_TIME * exact.time[-1]
+    place = np.searchsorted(exact.time, run.time - near).clip(max=exact.time.size - 1)
+    same = np.abs(exact.time[place] - run.time) <= near
+    if not same.any():
+        raise EngineOutputError(f"{run.solver} left no sample at the time of an exact one")
+    difference = run.grain_force[same] - exact.grain_force[place[same]]
+    return float(np.abs(difference).max() / peak_force(exact))
+
+
+def motion_difference(setup: Setup, bench: Bench) -> Value:
+    """Return the largest difference from the run at equal steps, and when it began."""
+    run, reference = run_of(setup, bench), reference_run(setup, bench)
+    columns, expected = _columns(run, bench), _columns(reference, bench)
+    failure, note = first_divergence(run.time, columns, reference.time, expected, EQUAL_STEPS)
+    largest = float(np.max([np.abs(columns[name] - expected[name]) for name in expected]))
+    return Value(largest, 0.0, note, failure)
+
+
+def _columns(run: TowerRun, bench: Bench) -> dict[str, Floats]:
+    """Return the columns of all particles over their sizes, or over what their digits resolve."""
+    case = run.tower
+    digit = 10.0 ** (1 - bench.engine.traits.digits) / EQUAL_STEPS
+    place = digit * case.particles * case.each("diameter")[0]
+    size = case.speed / case.omega
+    sizes = {
+        "displacement": (run.displacements, max(size, place)),
+        "velocity": (run.velocities, max(1.0, digit) * case.speed),
+        "force": (run.forces, max(1.0, digit) * case.each("stiffness")[0] * size),
+    }
+    return {
+        f"{name} {i + 1}": values[:, i] / scale
+        for name, (values, scale) in sizes.items()
+        for i in range(values.shape[1])
+    }
+
+
+def first_contact_ratio(run: TowerRun) -> float:
+    """Return the impulse of the first contact over 2 m v0 [-], for a mass of 1 kg."""
+    return impulse_until(run, first_contact_end(run)) / (2.0 * run.tower.speed)
+
+
+def endless_ratio(_: Bench) -> float:
+    """Return the same of a row without end [-], 0.5661397."""
+    return (1.0 - float(grain_velocity(DETACHMENT_TAU))) / 2.0
+
+
+# ---- solvers of this package
+
+
+def solver_checks() -> Iterator[Check]:
+    """Yield RK4 against the exact propagator, that on a tall tower, and both laws compared."""
+    for law, height in product(LAWS, LEVELS):
+        for check in exact_checks(make_setup(Tower(law=law, height=height))):
+            yield replace(check, check="RK4", jobs=())
+    yield Check(
+        setup=TALL_NAME, quantity="impulse_ratio", unit="1", check="exact propagator",
+        measure=lambda _: first_contact_ratio(exact_run(TALL, SEARCH, TALL_SAMPLES)),
+        expected=endless_ratio, tolerance=NO_STEP, kind=Kind.ANALYTIC,
+    )  # fmt: skip
+    for height in LAW_HEIGHTS:
+        yield from _law_findings(height)
+
+
+def _law_findings(height: int) -> Iterator[Check]:
+    """Yield how far the forces and the critical angles of both laws are from each other."""
+    deformable, overlap = (
+        make_setup(Tower(law=law, height=height)) for law in ("deformable", "overlap")
+    )
+    of_laws = partial(
+        Check, setup=f"deformable against overlap law, n = {height}", kind=Kind.FINDING
+    )
+    yield of_laws(
+        quantity="force_difference",
+        unit="1",
+        measure=lambda _: force_difference(_exact_of(deformable), _exact_of(overlap)),
+        expected=0.0,
+        note="both exact; the laws are one for a single contact",
+    )
+    for reading in READINGS:
+        yield of_laws(
+            quantity="critical_angle_deg",
+            unit="deg",
+            check=f"velocity {reading}",
+            measure=partial(_source_angle, height, "deformable", reading),
+            expected=partial(_source_angle, height, "overlap", reading),
+            note="turnaround window, k = 1e6 N/m, 2 m/s",
+        )
+
+
+def _source_angle(height: int, law: Law, reading: Reading, _: Bench) -> float:
+    return source_angles(height, law)[reading]
+
+
+# ---- report
+
+TALLEST = 19
+FIGURE = "critical-angle-over-contacts"
+TITLE = "What does a column of grains below do to that angle?"
+OPENING = """\
+In a well the velocity turns; what is left after the shock decides from which angle on the motion
+persists. The source asks how a column of grains below the well changes that. Without friction the
+answer rests on the impulse alone, and on how its formula is read.
+
+A tower has no dissipation, so that every engine with a linear spring runs the same physics. Each is
+compared with the exact propagator, and at equal steps against an independent program. Under the
+overlap law, which DEM codes use, every contact presses with its own overlap. Under the deformable
+law of the source a particle pressed on both sides gives way on both: a contact behind a compressed
+one opens or closes at another time. They are the same law for one contact only."""
+STEPS = (
+    "A grain that falls on n contacts in a row takes the impulse J(n) from them; "
+    "alpha = J(n) / J(1).",
+    "The velocity lost in a well is rescaled by alpha: after it 1 - alpha / 2 of the "
+    "velocity is left, in place of 1/2.",
+)
+TERMS = (
+    ("overlap law", "each contact presses with its own overlap, as DEM codes have it"),
+    ("deformable law", "the source's: a particle pressed on both sides gives way on both"),
+    ("window", "the time over which the force is summed; turnaround: twice the time of the "
+     "largest compression"),
+    ("t0", "the time that a contact with one fixed particle lasts"),
+)  # fmt: skip
+
+
+def _section() -> Section:
+    drawing = Drawing(
+        FIGURE,
+        "The critical angle over the contacts below",
+        "k = 1e6 N/m, 2 m/s, exact propagator, turnaround window. Solid: the impulse rescales the "
+        "velocity lost; dashed: the velocity run. The band is measured in other work.",
+        lambda: angle_figure(
+            impulse_angles(
+                heights=range(1, TALLEST + 1), stiffnesses=(1e6,), speeds=(2.0,), solver="exact"
+            )
+        ),
+    )
+    first = source_angles(1, "overlap")["lost"]
+    overlap, deformable = (source_angles(TALLEST, law)["lost"] for law in LAWS)
+    opening = Opening(
+        title=TITLE,
+        sketch=files(__package__).joinpath("sketch.svg").read_text(encoding="utf-8"),
+        steps=(
+            *STEPS,
+            "So θ_c(n) = 2 atan(tan(15 deg) alpha / (4 - alpha)): "
+            f"{first:.2f} deg for one contact, {overlap:.2f} (overlap law) and {deformable:.2f} "
+            f"deg (deformable law) for {TALLEST}. "
+            "Read the other way, as velocity kept, the same alpha makes it rise.",
+        ),
+        source="Harper, Dufek and Breard (arXiv:2409.13633)",
+        terms=TERMS,
+        figure=FIGURE,
+    )
+    return Section(TITLE, OPENING, drawings=(drawing,), opening=opening)
 
 
 CASE = TowerCase()

@@ -18,7 +18,7 @@ from harness.errors import EngineNaNError, EngineOutputError, RequestError
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Floats, Scene
-from harness.report.content import Plottable
+from harness.report.content import Discs, Plottable
 from harness.solvers.chain import (
     STABILITY,
     Chain,
@@ -43,6 +43,7 @@ MOST_ROWS = 1_000_000  # particles times samples that an engine writes, unless s
 MOST_KEPT = 10_000_000  # likewise, that a solver keeps
 MOST_STEPS = 2_000_000_000  # LAMMPS counts to 2^31
 ROUNDING = 4 * float(np.finfo(float).eps)  # overlaps as small, over the position, count as open
+LARGEST_DRAWN = 0.32  # [diameters] the largest compression in a film
 IN_SCRIPTS = ("height", "speed", "gravity", "base", "start", "gap")
 UNITS = {
     "time": "s", "grain_displacement": "m", "grain_velocity": "m/s", "grain_force": "N",
@@ -99,6 +100,30 @@ class TowerRun(ChainMotion, Plottable):
         figure.axes[0].plot(self.time_over_t0, self.grain_force)
         label(figure.axes[0], axis("time", "t0"), axis("force on the grain", "N"))
         return figure
+
+    def discs(self) -> Discs:
+        """Return the particles, with displacements and deformations drawn larger.
+
+        All by one factor, so that the drawn boundaries touch where the particles do. Under the
+        deformable law particles are drawn shortened; under the overlap law they overlap.
+        """
+        case = self.tower
+        diameter = np.array(case.each("diameter"))
+        largest = max(float(self.deformations.max()), 1e-300)
+        factor = LARGEST_DRAWN * float(diameter.min()) / largest
+        shortened = factor * self.deformations if case.law == "deformable" else 0.0
+        touching = np.cumsum(diameter) - (diameter + diameter[0]) / 2
+        force = np.pad(self.forces, ((0, 0), (1, 1)))
+        x = touching + factor * self.displacements
+        return Discs(
+            title=f"tower of height {case.height}, {case.law} law, drawn {factor:.3g} times",
+            time=self.time,
+            x=x,
+            y=np.zeros_like(x),
+            radius=np.broadcast_to(0.5 * (diameter - shortened), x.shape),
+            value=np.maximum(force[:, 1:], force[:, :-1]),
+            value_label="largest force on a particle (N)",
+        )
 
 
 def tower(

@@ -1,6 +1,5 @@
 """The function ``theory``, expected angles, and contacts that a passage cannot measure."""
 
-import itertools
 import math
 
 import pytest
@@ -10,7 +9,6 @@ from harness.cases.incline.closed_form import (
     angles_to_compare,
     check_passage,
     expected_angle,
-    most_restitution,
     rebound,
     theory,
 )
@@ -19,7 +17,7 @@ from harness.engines.reference import Reference
 from harness.errors import RequestError
 from harness.model.law import CLIPPED, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as by_events
-from harness.theory.incline_coulomb import FRICTIONLESS, INTEGRATED, ROLLING
+from harness.theory.incline import FRICTIONLESS, INTEGRATED, ROLLING
 
 HALF = Contact(restitution=0.5)
 
@@ -114,50 +112,25 @@ def test_the_rebound_is_that_of_the_law_and_decides_what_is_expected():
 
 
 @pytest.mark.parametrize(
-    ("contact", "steps", "stiffness"),
+    ("contact", "steps", "most"),
     [
-        (Contact(restitution=0.35), 50.0, 1e6),
-        (Contact(restitution=0.25, tail="clipped"), 50.0, 1e6),
-        (Contact(restitution=0.325), 20.0, 1e7),
-        (Contact(restitution=0.335), 100.0, 1e7),
+        (Contact(restitution=0.31), 50.0, "0.3"),
+        (Contact(restitution=0.25, tail="clipped"), 50.0, "0.3"),
+        (Contact(restitution=0.25), 15.0, "0.2"),
     ],
 )
-def test_a_contact_whose_hops_last_to_where_a_passage_is_judged_is_refused(
-    contact, steps, stiffness
+def test_a_contact_whose_hops_may_last_to_where_a_passage_is_judged_is_refused(
+    contact, steps, most
 ):
-    case = Incline(contact=contact, steps_per_contact=steps, stiffness=stiffness)
-    with pytest.raises(RequestError, match=r"restitution 0.3[23]\d* at most at stiffness 1e"):
-        check_passage(case)
+    with pytest.raises(RequestError, match=f"restitution {most} at most"):
+        check_passage(Incline(contact=contact, steps_per_contact=steps))
 
 
-@pytest.mark.parametrize("tail", ["attractive", "clipped"])
-@pytest.mark.parametrize("stiffness", [1e5, 1e7])
-def test_a_contact_that_is_not_refused_slides_where_it_is_judged(tail, stiffness):
-    def is_allowed(case):
-        try:
-            check_passage(case)
-        except RequestError:
-            return False
-        return True
-
-    for steps in (15.0, 50.0):
-        cases = (
-            Incline(
-                contact=Contact(damping_ratio=0.3 + 0.002 * n, tail=tail),
-                steps_per_contact=steps,
-                stiffness=stiffness,
-            )
-            for n in itertools.count()
-        )
-        case = next(filter(is_allowed, cases))  # rebounds the most
-        with Reference() as engine:
-            assert critical_angle(case, engine=engine).value > theory().critical_angle_deg
-
-
-def test_a_soft_contact_is_judged_later_and_may_rebound_more():
-    soft = Incline(contact=Contact(restitution=0.39), stiffness=1e4)
-    assert most_restitution(soft) == pytest.approx(0.4)
+@pytest.mark.parametrize("stiffness", [1e4, 1e7])
+@pytest.mark.parametrize("contact", [Contact(restitution=0.3), CLIPPED.replace(damping_ratio=0.5)])
+def test_a_contact_that_is_not_refused_slides_where_it_is_judged(contact, stiffness):
+    case = Incline(contact=contact, stiffness=stiffness, steps_per_contact=20.0)
     with Reference() as engine:
-        found = critical_angle(soft, engine=engine)
-        steady = critical_angle(soft, method="steady", engine=engine)
-    assert found.value == pytest.approx(steady.value, abs=steady.uncertainty + 0.01)
+        found = critical_angle(case, engine=engine)
+        steady = critical_angle(case, method="steady", engine=engine)
+    assert found.value == pytest.approx(steady.value, abs=steady.uncertainty + 0.02)

@@ -5,10 +5,9 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
-from harness.cases.tower import checks
+from harness.cases.tower import case as checks
 from harness.cases.tower.case import CASE
-from harness.cases.tower.impulse import impulse_angles
-from harness.cases.tower.show import angle_figure
+from harness.cases.tower.impulse import angle_figure, impulse_angles
 from harness.engines.reference import Reference
 from harness.report.page import draw
 from harness.results.rows import Kind, Verdict

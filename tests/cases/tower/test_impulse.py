@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.tower import windows
+from harness.cases.tower import impulse as windows
 from harness.cases.tower.impulse import (
     Runner,
     angle_from_impulse_ratio,

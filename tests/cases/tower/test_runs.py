@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.cases.bench import Bench
-from harness.cases.tower import windows
+from harness.cases.tower import impulse as windows
 from harness.cases.tower.case import CASE
 from harness.cases.tower.parameters import Tower, TowerParameters
 from harness.cases.tower.runs import chain_of, make_setup, read, run_in, solve, tower

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.tower import windows
+from harness.cases.tower import impulse as windows
 from harness.cases.tower.runs import TowerRun
 from harness.errors import RequestError
 from harness.solvers import chain_exact
