@@ -145,8 +145,8 @@ def heap_output(p, table=None, angle=30.0, moving=1e-12, rise=0.0, running=0, **
 def drum_lattice(p):
     """Return the sites of the first lattice of a drum, large grains first, (N, 3) [m]."""
     split, places = 2.0 * p.large_layers * p.large_radius * p.spacing, []
-    top, low = (split + sign * r * (1.0 + p.scatter)
-                for sign, r in ((-1.0, p.large_radius), (1.0, p.small_radius)))  # fmt: skip
+    top = split - p.large_radius * (1.0 + p.scatter)
+    low = split + p.small_radius * (1.0 + p.scatter)
     high = low + 2.0 * p.small_layers * p.small_radius * p.spacing
     for radius, lowest, highest in ((p.large_radius, -1.0, top), (p.small_radius, low, high)):
         site = 2.0 * radius * p.spacing * (np.arange(-40, 40) + 0.5)
@@ -156,6 +156,15 @@ def drum_lattice(p):
         inside = (np.hypot(x, z) <= reach) & (abs(y) <= along) & (z >= lowest) & (z <= highest)
         places.append(np.column_stack([x, y, z])[inside])
     return np.concatenate(places)
+
+
+def grains_below_a_plane(p, slope=0.5):
+    """Return places of grains at random below a plane through the axis of a drum, (N, 3) [m]."""
+    rng = np.random.default_rng(3)
+    r = 0.9 * p.drum_radius * np.sqrt(rng.uniform(0, 1, p.grains))
+    phi = rng.uniform(-math.pi, 0, p.grains) - math.atan(slope)
+    y = rng.uniform(-0.4, 0.4, p.grains) * p.drum_length
+    return np.column_stack([r * np.cos(phi), y, r * np.sin(phi)])
 
 
 def turning(p, places, spin):
@@ -281,10 +290,10 @@ def run(kind, *jobs):
     return found
 
 
-def recorded(code, case, log=str, series=str):
-    """Return the output of a recorded small run, with its log and its series damaged."""
+def recorded(code, case, log=str):
+    """Return the output of a recorded small run, with its log damaged."""
     path = Path(__file__).parent / "recorded" / f"{code}-{case.name}"
     log = log(path.with_suffix(".txt").read_text("utf-8"))
-    table = outputs.read_csv(series(path.with_suffix(".csv").read_text("utf-8")), code)
+    table = outputs.read_csv(path.with_suffix(".csv").read_text("utf-8"), code)
     provenance = outputs.Provenance(code, "1")
     return outputs.Output(outputs.results_in(log), provenance, {"series": table}, log, seconds=1.0)

@@ -16,7 +16,6 @@ from harness.engines.registry import engine_class
 from harness.errors import RequestError
 from tests.cases.bulk.doubles import CASES, SMALL, needs, run
 
-APART = "scatter = 0.3: grains overlap at the start; must be at most 0."
 WRONG = [
     ("silo", {"orifice_radius": 0.03}, "orifice_radius = 0.03 m: must be less than silo_radius ="),
     ("silo", {"radius": 0.03}, "silo_radius = 0.024 m: no grain of radius = 0.03 m finds room"),
@@ -30,8 +29,8 @@ WRONG = [
     ("drum", {"places": PUBLISHED}, "drum_radius = 0.024 m: must be 0.1 with places = 'published'"),
     ("heap", {"dispersity": 0.5}, "grains overlap at the start"),
     ("heap", {"width": 2, "spacing": 3.0}, "width = 2: no grain finds room between the sides"),
-    *((name, {"scatter": 0.3}, APART) for name in CASES),
-    *((name, {"step_size": 1e-4}, "step_size = 0.0001 s: must be at most") for name in CASES),
+    ("silo", {"scatter": 0.3}, "scatter = 0.3: grains overlap at the start; must be at most 0."),
+    ("drum", {"step_size": 1e-4}, "step_size = 0.0001 s: must be at most"),
 ]
 
 
@@ -43,11 +42,10 @@ def test_what_cannot_be_simulated_is_refused_in_one_line(name, changes, words):
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("code", ["yade", "kratos"])
-@pytest.mark.parametrize(("name", "preset"), [("drum", "slow"), ("heap", "small")])
+@pytest.mark.parametrize(("code", "name", "preset"),
+                         [("yade", "drum", "slow"), ("kratos", "heap", "small")])  # fmt: skip
 def test_codes_that_do_not_resist_rolling_refuse_it(code, name, preset):
-    engine = engine_class(code).__new__(engine_class(code))
-    case = CASES[name]
+    engine, case = engine_class(code).__new__(engine_class(code)), CASES[name]
     p = case.presets[preset]
     assert engine.refuses(case.job(p)).endswith(
         f"has no variable 'rolling_friction' (rolling_friction = {p.rolling_friction})"
@@ -159,7 +157,7 @@ def test_the_longest_step_is_by_rayleigh_waves_of_steel_or_by_an_impact():
     assert p.longest_step == pytest.approx(2.9432 * deepest / speed / 20, rel=1e-3)
 
 
-@pytest.mark.parametrize("nu", [0.0, 0.2, 0.35, 0.49])
+@pytest.mark.parametrize("nu", [0.0, 0.2, 0.49])
 def test_the_rayleigh_wave_of_the_step_is_the_root_of_rayleighs_equation(nu):
     """(2 - s)^2 = 4 sqrt(1 - s) sqrt(1 - s c), s = (speed over that of shear)^2."""
     pressed = (1 - 2 * nu) / (2 - 2 * nu)
@@ -188,19 +186,15 @@ def test_the_elastic_energy_of_columns_is_below_its_bound(name):
     assert p.largest_elastic_energy == pytest.approx(3 * p.grains * energies[-1])
 
 
-@pytest.mark.parametrize("nu", [0.0, 0.2, 0.49])
+@pytest.mark.parametrize("nu", [0.0, 0.49])
 def test_a_tangential_spring_holds_most_at_coulombs_limit(nu):
-    friction, modulus, radius, overlap = 0.3, 1e7, 1e-3, 2e-6
-    contact = modulus / (1 - nu**2) / 2, modulus / (1 + nu) / 2 / (2 * (2 - nu)), radius / 2
-    young, shear, size = contact
-    width = math.sqrt(size * overlap)
+    friction, young, size, overlap = 0.3, 1e7 / (1 - nu**2) / 2, 5e-4, 2e-6
+    spring = 8 * 1e7 / (1 + nu) / 2 / (2 * (2 - nu)) * math.sqrt(size * overlap)  # 8 G* a
     normal = quad(lambda d: 4 / 3 * young * math.sqrt(size) * d**1.5, 0, overlap, epsabs=0)[0]
-    force = friction * 4 / 3 * young * math.sqrt(size) * overlap**1.5
-    slide = force / (8 * shear * width)
-    tangential = quad(lambda s: 8 * shear * width * s, 0, slide, epsabs=0)[0]
+    slide = friction * 4 / 3 * young * math.sqrt(size) * overlap**1.5 / spring
+    tangential = quad(lambda s: spring * s, 0, slide, epsabs=0)[0]
     p = CASES["penetration"].default.replace(poisson_ratio=nu, friction=friction)
     assert tangential / normal == pytest.approx(p.tangential_share, rel=1e-7)
-    assert p.replace(friction=0.0, steel_friction=0.0).tangential_share == 0.0
 
 
 def spring_energy(places, radius, young, walls, steel):

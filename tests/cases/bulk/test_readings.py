@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from harness.cases.bulk import energy_rise
 from harness.cases.bulk.drum import Drum, energy_and_work, surface_angle
-from harness.cases.bulk.heap import Heap, columns_over_sill, slope_angles
+from harness.cases.bulk.heap import Heap, slope_angles
 from harness.cases.bulk.penetration import Penetration
 from harness.cases.bulk.silo import (
     BEVERLOO_MARGIN,
@@ -21,6 +21,7 @@ from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndeci
 from tests.cases.bulk.doubles import (
     CASES,
     SERIES,
+    grains_below_a_plane,
     made,
     measure,
     ridge,
@@ -47,7 +48,7 @@ def falling():
 
 
 def drum_beyond(column, value):
-    table = grains_below_a_plane()
+    table = turning(Drum(), grains_below_a_plane(Drum()), 0.0)
     table[column][50, 0] = value
     return table
 
@@ -127,13 +128,6 @@ def test_janssens_share_is_the_balance_of_slices_integrated(height):
     assert janssen_share(height, radius, friction, ratio) == pytest.approx(1 - on_floor, rel=1e-7)
 
 
-def test_janssens_share_is_half_of_x_in_a_shallow_bed_and_all_in_a_deep_one():
-    x = 2 * 0.2 * 0.5 * 1e-4
-    assert janssen_share(1e-4, 1.0, 0.2, 0.5) == pytest.approx(x / 2, rel=1e-4)
-    assert janssen_share(1e6, 1.0, 0.2, 0.5) == pytest.approx(1.0, abs=1e-4)
-    assert janssen_share(1.0, 1.0, 0.0, 0.5) == 0.0
-
-
 def test_beverloos_scale_is_that_of_a_free_fall_from_the_orifice():
     """By dimensions: density, sqrt(g) and the free width to 5/2; nothing below k diameters."""
     grain, width = 2e-3, 0.03
@@ -172,33 +166,20 @@ def test_the_angle_of_a_ridge_is_that_of_its_slopes(angle):
 
 
 @pytest.mark.parametrize("angle", [10.0, 25.0, 38.0])
-def test_grains_strewn_below_slopes_have_their_angle_by_means_by_tops_and_by_numbers(angle):
-    """Three routes of the same places: mean heights, highest grains, numbers in columns."""
+def test_grains_strewn_below_slopes_have_their_angle_by_means_and_by_tops(angle):
+    """Two routes of the same places: mean heights and highest grains."""
     p, generator = Heap(), np.random.default_rng(5)
     x, z = generator.uniform(0.0, [p.span, 0.06], (200_000, 2)).T
     slope = math.tan(math.radians(angle))
     below = z < 6e-3 + slope * (0.5 * p.span - np.abs(x - 0.5 * p.span))
     x, z = x[below], z[below]
     column = np.floor(20 * x / p.span).astype(int)
-    count = np.bincount(column, minlength=20)
-    mean = np.bincount(column, z, minlength=20) / count
+    mean = np.bincount(column, z, minlength=20) / np.bincount(column, minlength=20)
     assert slope_angles(p, mean) == pytest.approx((angle, angle), abs=0.7)
-    assert angle_by_numbers(mean, count, p) == pytest.approx(angle, abs=0.7)
     right, width = x > 0.5 * p.span, 0.2 * p.span
     points = np.zeros(right.sum())
     tops = surface_angle(x[right] - 0.75 * p.span, z[right], points, width, 4e-4)
     assert tops == pytest.approx(angle, abs=0.7)
-
-
-def angle_by_numbers(mean, count, p):
-    """Return the angle [deg] of grains that fill columns evenly, by their numbers.
-
-    Volume over height: the numbers are proportional to the heights, the factor is that of all.
-    """
-    over = columns_over_sill(p, len(count))
-    inner = slice(over, len(count) - over)
-    height = count * (2.0 * mean[inner].sum() / count[inner].sum())
-    return float(np.mean(slope_angles(p, 0.5 * height)))
 
 
 def test_angle_and_share_that_remains_are_read_from_the_series():
@@ -215,17 +196,8 @@ def test_angle_and_share_that_remains_are_read_from_the_series():
 # ---- drum
 
 
-def grains_below_a_plane(slope=0.5, spin=0.0):
-    """Return the series of grains at random below a plane through the axis that turn or rest."""
-    p, rng = Drum(), np.random.default_rng(3)
-    r = 0.9 * p.drum_radius * np.sqrt(rng.uniform(0, 1, p.grains))
-    phi = rng.uniform(-math.pi, 0, p.grains) - math.atan(slope)
-    y = rng.uniform(-0.4, 0.4, p.grains) * p.drum_length
-    return turning(p, np.column_stack([r * np.cos(phi), y, r * np.sin(phi)]), spin)
-
-
 def test_grains_at_random_below_a_plane_are_mixed_and_have_its_angle():
-    found = measure("drum", grains_below_a_plane())
+    found = measure("drum", turning(Drum(), grains_below_a_plane(Drum()), 0.0))
     assert found["mixing_index"] == pytest.approx(1.0, abs=0.05)
     assert found["mixing_index"] == pytest.approx(found["first_mixing_index"])
     assert found["surface_angle_deg"] == pytest.approx(math.degrees(math.atan(0.5)), abs=5.0)
@@ -234,7 +206,7 @@ def test_grains_at_random_below_a_plane_are_mixed_and_have_its_angle():
 def test_a_drum_that_sets_a_rigid_body_in_motion_loses_its_kinetic_energy():
     """As a belt under grains that are laid on it: work = speed L = 2 E_kin, and the lift."""
     p = Drum()
-    table = grains_below_a_plane(spin=p.speed)
+    table = turning(p, grains_below_a_plane(p), p.speed)
     energy, work = energy_and_work(p, table)
     inertia = (p.of_each("mass") * (table["x_m"][0] ** 2 + table["z_m"][0] ** 2)).sum()
     kinetic = 0.5 * inertia * p.speed**2
@@ -242,6 +214,6 @@ def test_a_drum_that_sets_a_rigid_body_in_motion_loses_its_kinetic_energy():
     # of differences over turns of 1.8 deg: 0.031^2/6 at most
     assert np.abs(lost - kinetic).max() < 2e-4 * work[-1]
     assert measure("drum", table)["loss_ratio"] == pytest.approx(kinetic / work[-1], abs=4e-4)
-    against = measure("drum", grains_below_a_plane(spin=-p.speed))
+    against = measure("drum", turning(p, grains_below_a_plane(p), -p.speed))
     assert against["work_ratio"] < 0.0
     assert against["drum_energy_gain_ratio"] > 0.5
