@@ -30,7 +30,6 @@ from harness.model.law import (
     EffectiveMass,
     NamedContact,
     Tail,
-    contact_values,
 )
 from harness.model.scene import Body, Floats, Scene
 from harness.results.rows import Kind, Tolerance
@@ -143,7 +142,7 @@ def values_of(case: Drop) -> dict[str, Value]:
              "sideways")  # fmt: skip
     values: dict[str, Value] = {name: getattr(case, name) for name in names}
     values |= {"steps": case.steps, "series_every": case.every}
-    return {**values, **contact_values(case.contact)}
+    return {**values, **case.contact.script_values}
 
 
 def scene_of(case: Drop) -> Scene:

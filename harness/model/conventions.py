@@ -8,13 +8,14 @@ in a power of h have one limit of small steps; the others move the limit, by at 
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from harness.model.base import ZERO, Parameters, Vector
-from harness.model.law import Mean
 
+Mean = Literal["geometric", "arithmetic", "least"]
 Steps = tuple[Annotated[int, Field(ge=0)], ...]
 Walls = Literal["none", "walls", "all"]
 
@@ -158,3 +159,12 @@ class Faults(Parameters):
         "1e-10)")
     mdr_parts_at_zero: bool = Field(False, description="[-] mdr has no neck (LAMMPS 2025)")
     # fmt: on
+
+
+def mean(kind: Mean, first: float | None, second: float | None) -> float | None:
+    """Return a mean of two coefficients, the first where the second body has none of its own."""
+    if first is None or second is None:
+        return first
+    if kind == "least":
+        return min(first, second)
+    return math.sqrt(first * second) if kind == "geometric" else 0.5 * (first + second)

@@ -27,7 +27,8 @@ from pydantic import (
     model_validator,
 )
 
-from harness.model.base import NotNegative, Parameters, Positive
+from harness.model.base import NotNegative, Parameters, Positive, unit
+from harness.model.conventions import Mean, mean
 
 Normal = Literal["hooke", "hertz", "dmt", "jkr", "mdr"]
 Damping = Literal[
@@ -38,10 +39,9 @@ Tangential = Literal[
     "none", "linear_nohistory", "linear_history", "linear_history_classic", "mindlin",
     "mindlin/force", "mindlin_rescale", "mindlin_rescale/force", "mindlin_classic",
 ]  # fmt: skip
-Rolling = Literal["none", "sds", "constant"]
-Twisting = Literal["none", "sds", "marshall"]
-Heat = Literal["none", "radius", "area"]
-Mean = Literal["geometric", "arithmetic", "least"]
+Tail = Literal["attractive", "clipped"]
+EffectiveMass = Literal["full", "half"]
+NO_SPRING = "linear_nohistory"
 Poisson = Annotated[float, Field(gt=-1.0, le=0.5)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Friction = Annotated[float, Field(ge=0.0, le=1e9)]  # nothing slides from there on
@@ -59,6 +59,11 @@ class Submodel(NamedTuple):
     may_have: tuple[str, ...] = ()
     powers: tuple[int, int, int] = (0, 0, 0)
     normals: tuple[str, ...] = ("hooke", "hertz", "dmt", "jkr")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the coefficients that it takes."""
+        return (*self.needs, *self.may_have)
 
 
 Table = Mapping[str, Submodel]
@@ -126,13 +131,9 @@ SUBMODELS: Mapping[str, Table] = {
     "normal": NORMAL, "damping": DAMPING, "tangential": TANGENTIAL, "rolling": ROLLING,
     "twisting": TWISTING, "heat": HEAT,
 }
-DIMENSIONS: Mapping[str, tuple[float, float, float]] = {  # powers of length, mass and time
-    "normal_stiffness": (0, 1, -2), "tangential_stiffness": (0, 1, -2),
-    "rolling_stiffness": (0, 1, -2), "rolling_damping": (0, 1, -1),
-    "twisting_stiffness": (2, 1, -2), "twisting_damping": (2, 1, -1),
-    "twisting_friction": (1, 0, 0), "surface_energy": (0, 1, -2), "yield_stress": (-1, 1, -2),
-    "youngs_modulus": (-1, 1, -2), "partner_youngs_modulus": (-1, 1, -2),
-    "normal_modulus": (-1, 1, -2), "tangential_modulus": (-1, 1, -2),
+DIMENSIONS = {  # powers of length, mass and time of units
+    "N/m": (0, 1, -2), "kg/s": (0, 1, -1), "Pa": (-1, 1, -2), "J/m2": (0, 1, -2), "m": (1, 0, 0),
+    "N m": (2, 1, -2), "N m s": (2, 1, -1),
 }
 # fmt: on
 
@@ -179,15 +180,17 @@ class Law(Parameters):
     friction: Friction | None = Field(None, description="[-] Coulomb's mu")
     partner_friction: Friction | None = Field(
         None, description="[-] mu of the second body; a code mixes it with that of the first")
-    rolling: Rolling = Field("none", description="[-] rolling resistance")
+    rolling: Literal["none", "sds", "constant"] = Field(
+        "none", description="[-] rolling resistance")
     rolling_stiffness: Positive | None = Field(None, description="[N/m] of the rolling spring")
     rolling_damping: NotNegative | None = Field(None, description="[kg/s] of the rolling dashpot")
     rolling_friction: Friction | None = Field(None, description="[-] mu_r")
-    twisting: Twisting = Field("none", description="[-] twisting resistance")
+    twisting: Literal["none", "sds", "marshall"] = Field(
+        "none", description="[-] twisting resistance")
     twisting_stiffness: Positive | None = Field(None, description="[N m] per radian, of sds")
     twisting_damping: NotNegative | None = Field(None, description="[N m s] per radian, of sds")
     twisting_friction: Friction | None = Field(None, description="[m] mu_w of sds")
-    heat: Heat = Field("none", description="[-] conduction of heat")
+    heat: Literal["none", "radius", "area"] = Field("none", description="[-] conduction of heat")
     conductance: Positive | None = Field(
         None, description="[-] k of radius in W/m/K, h of area in W/m2/K")
     interface: Literal["current", "old"] = Field(
@@ -197,28 +200,28 @@ class Law(Parameters):
     @classmethod
     def linear(cls, stiffness: float, damping_ratio: float, clipped: bool) -> Law:
         """Return a linear spring k [N/m] and dashpot 2 zeta sqrt(k m*) without friction."""
-        return cls(
-            normal_stiffness=stiffness,
-            damping="damping_ratio",
-            damping_coefficient=damping_ratio,
-            clipped=clipped,
-        )
+        dashpot = {"damping": "damping_ratio", "damping_coefficient": damping_ratio}
+        return cls(normal_stiffness=stiffness, clipped=clipped, **dashpot)
 
     @model_validator(mode="before")
     @classmethod
     def _set_defaults(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        values = {
-            name: value
-            for name, value in data.items()
-            if value is not None or name not in cls.model_fields
-        }
-        rows = _rows({part: values.get(part, cls.model_fields[part].default) for part in SUBMODELS})
-        for name in {name for row in rows for name in row.needs} - set(values):
-            if (default := _default(name, values)) is not None:
-                values[name] = default
-        return values
+        fields = cls.model_fields
+        given = {n: value for n, value in data.items() if value is not None or n not in fields}
+        models = {part: given.get(part, fields[part].default) for part in SUBMODELS}
+        needed = {name for row in _rows(models) for name in row.needs}
+        if "normal_modulus" in given:
+            needed -= {*_MATERIAL}
+        k, is_dashpot = given.get("normal_stiffness", 1e6), models["tangential"] == NO_SPRING
+        defaults = {
+            "normal_stiffness": 1e6, "youngs_modulus": 70e9, "poisson_ratio": 0.3,
+            "surface_energy": 0.1, "restitution": 0.9, "friction": 0.3,
+            "tangential_damping": 1.0 if is_dashpot else 0.0,
+            "tangential_stiffness": 2.0 * k / 7.0 if isinstance(k, float | int) else k,
+        }  # fmt: skip
+        return {**{n: value for n, value in defaults.items() if n in needed}, **given}
 
     @model_serializer(mode="wrap")
     def _without_absent_partner(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -228,58 +231,53 @@ class Law(Parameters):
         return {name: value for name, value in fields.items() if name not in absent}
 
     @model_validator(mode="after")
-    def _check(self) -> Self:
-        for part in SUBMODELS:
-            self._check_coefficients(part)
-        self._check_partners()
-        return self
-
-    def _check_coefficients(self, part: str) -> None:
-        rows, model = SUBMODELS[part], getattr(self, part)
-        chosen = rows.get(model, Submodel(""))
-        taken = {*chosen.needs, *chosen.may_have}
-        for other, row in rows.items():
-            for name in {*row.needs, *row.may_have} - taken:
-                if getattr(self, name) is not None:
-                    value = getattr(self, name)
+    def _check_coefficients(self) -> Self:
+        for part, rows in SUBMODELS.items():
+            model = getattr(self, part)
+            row = rows.get(model, Submodel(""))
+            for other, name in ((o, n) for o, others in rows.items() for n in others.names):
+                value = getattr(self, name)
+                if value is not None and name not in row.names:
                     raise ValueError(
                         f"{name} = {value!r}: belongs to {part} = {other!r}, not to {model!r}"
                     )
-        for name in chosen.needs:
-            replaced = name in _MATERIAL and self.normal_modulus is not None
-            if getattr(self, name) is None and not replaced:
-                raise ValueError(f"{name}: must be given with {part} = {model!r}")
-        if self.normal_modulus is not None and self.youngs_modulus is not None:
-            raise ValueError("normal_modulus: must not be given beside youngs_modulus")
+            for name in row.needs:
+                replaced = name in _MATERIAL and self.normal_modulus is not None
+                if getattr(self, name) is None and not replaced:
+                    raise ValueError(f"{name}: must be given with {part} = {model!r}")
+        return self
 
-    def _check_partners(self) -> None:
-        if self.normal not in (allowed := DAMPING[self.damping].normals):
-            raise ValueError(f"damping = {self.damping!r}: needs normal = {', '.join(allowed)}")
-        if self.tangential == "linear_nohistory" and self.damping == "none":
-            raise ValueError("tangential = 'linear_nohistory': needs a damping, it is a dashpot")
+    @model_validator(mode="after")
+    def _check_partners(self) -> Self:
+        allowed, mindlin = DAMPING[self.damping].normals, "mindlin" in self.tangential
         has_modulus = self.moduli is not None or self.tangential_modulus is not None
-        if "mindlin" in self.tangential and (self.normal == "hooke" or not has_modulus):
-            raise ValueError(
-                f"tangential = {self.tangential!r}: needs a material (normal = hertz, dmt, jkr or "
-                "mdr with youngs_modulus) or tangential_modulus beside normal = hertz"
-            )
-        if self.twisting == "marshall" and not self.has_spring:
-            raise ValueError(
-                "twisting = 'marshall': needs a tangential spring (linear_history, mindlin, ...)"
-            )
-        if self.normal == "mdr" and self.partner_friction is not None:
-            raise ValueError(
-                f"partner_friction = {self.partner_friction!r}: normal = 'mdr' has one material"
-            )
-        if self.normal in ("dmt", "jkr") and self.clipped:
-            raise ValueError(f"clipped = True: must be False, normal = {self.normal!r} attracts")
-        if (self.poisson_ratio or 0.0) >= 0.5 and (self.yield_stress or self.bulk_share):
-            raise ValueError("poisson_ratio = 0.5: must be less, yield and bulk response compress")
+        compresses = self.yield_stress or self.bulk_share
+        for message, is_wrong in {
+            "normal_modulus: must not be given beside youngs_modulus":
+                self.normal_modulus is not None and self.youngs_modulus is not None,
+            f"damping = {self.damping!r}: needs normal = {', '.join(allowed)}":
+                self.normal not in allowed,
+            f"tangential = {NO_SPRING!r}: needs a damping, it is a dashpot":
+                self.tangential == NO_SPRING and self.damping == "none",
+            f"tangential = {self.tangential!r}: needs a material, or tangential_modulus of hertz":
+                mindlin and (self.normal == "hooke" or not has_modulus),
+            "twisting = 'marshall': needs a tangential spring (linear_history, mindlin, ...)":
+                self.twisting == "marshall" and not self.has_spring,
+            f"partner_friction = {self.partner_friction!r}: normal = 'mdr' has one material":
+                self.normal == "mdr" and self.partner_friction is not None,
+            f"clipped = True: must be False, normal = {self.normal!r} attracts":
+                self.normal in ("dmt", "jkr") and self.clipped,
+            "poisson_ratio = 0.5: must be less, yield and bulk response compress":
+                (self.poisson_ratio or 0.0) >= 0.5 and compresses,
+        }.items():  # fmt: skip
+            if is_wrong:
+                raise ValueError(message)
+        return self
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with changed fields, without coefficients of submodels that went."""
         models = {part: changes.get(part, getattr(self, part)) for part in SUBMODELS}
-        names = {name for row in _rows(models) for name in (*row.needs, *row.may_have)}
+        names = {name for row in _rows(models) for name in row.names}
         material = {*_MATERIAL, *_PARTNER}
         dropped = material if changes.get("normal_modulus") else set()
         dropped |= {"normal_modulus"} if any(changes.get(name) for name in material) else set()
@@ -289,7 +287,7 @@ class Law(Parameters):
     @property
     def has_spring(self) -> bool:
         """Return whether the tangential force has a spring."""
-        return self.tangential not in ("none", "linear_nohistory")
+        return self.tangential not in ("none", NO_SPRING)
 
     @property
     def materials(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
@@ -313,16 +311,17 @@ class Law(Parameters):
 
     @property
     def moduli(self) -> tuple[float, float] | None:
-        """Return E* and G* [Pa] of both bodies, None without a material.
-
-        1/E* = sum (1 - nu^2) / E and 1/G* = sum 2 (2 - nu) (1 + nu) / E (Johnson 1985, equations
-        4.3 and 7.43).
-        """
+        """Return E* and G* [Pa] of both bodies (Johnson 1985, 4.3 and 7.43), None without any."""
         if self.materials is None:
             return None
         normal = sum((1.0 - nu**2) / young for young, nu in self.materials)
         shear = sum(2.0 * (2.0 - nu) * (1.0 + nu) / young for young, nu in self.materials)
         return 1.0 / normal, 1.0 / shear
+
+    @property
+    def effective_modulus(self) -> float:
+        """Return E* [Pa]: of a material, or 3/4 K."""
+        return self.moduli[0] if self.moduli else 0.75 * (self.normal_modulus or 0.0)
 
     @property
     def one_material(self) -> Law:
@@ -352,22 +351,15 @@ class Law(Parameters):
     def of_each(self) -> tuple[Law, Law]:
         """Return the laws of the first and of the second body, each with itself."""
         of_partner = dict.fromkeys((*_PARTNER, *_RETURN, *_GRIP))
-        theirs = {
-            name: value
-            for name in ("youngs_modulus", "poisson_ratio", "restitution", "friction")
-            if (value := getattr(self, f"partner_{name}")) is not None
-        }
+        given = {n: v for n in of_partner if (v := getattr(self, n)) is not None}
+        theirs = {name.removeprefix("partner_"): value for name, value in given.items()}
         return self.replace(**of_partner), self.replace(**of_partner, **theirs)
 
     def stiffness(self, radius: float, overlap: float) -> float:
-        """Return the slope of the elastic force without adhesion [N/m].
-
-        ``radius`` is R* [m], ``overlap`` d [m]: k_n of hooke, 2 E* sqrt(R* d) of the others.
-        """
+        """Return the slope [N/m] of the elastic force without adhesion, of R* [m] and d [m]."""
         if self.normal_stiffness is not None:
             return self.normal_stiffness
-        modulus = self.moduli[0] if self.moduli else 0.75 * (self.normal_modulus or 0.0)
-        return 2.0 * modulus * math.sqrt(radius * overlap)
+        return 2.0 * self.effective_modulus * math.sqrt(radius * overlap)
 
     def dashpot(self, mass: float, radius: float, overlap: float) -> float:
         """Return the normal dashpot eta [kg/s] of m* [kg], R* [m] and an overlap [m].
@@ -376,43 +368,38 @@ class Law(Parameters):
         """
         k, (p, q, s) = self.stiffness(radius, overlap), DAMPING[self.damping].powers
         secant = k if self.normal == "hooke" else k / 1.5  # F / d
-        factor = self.damping_coefficient or 0.0
-        if (e := mean("geometric", self.restitution, self.partner_restitution)) is not None:
-            factor = damping_ratio(e)
-        if self.damping == "mdr":
-            return factor * math.sqrt(mass * k)
-        if s:
-            factor *= 2.0 if self.normal == "hooke" else math.sqrt(5.0)
         contact_radius = math.sqrt(radius * overlap)
-        return factor * mass**p * contact_radius**q * math.sqrt(mass * secant) ** s
+        if self.damping == "mdr":
+            return self.dashpot_coefficient * math.sqrt(mass * k)
+        factor = self.dashpot_coefficient * mass**p * contact_radius**q
+        return factor * math.sqrt(mass * secant) ** s
+
+    @property
+    def dashpot_coefficient(self) -> float:
+        """Return the coefficient c of the dashpot, made for a restitution where there is one.
+
+        That of hertz has sqrt(5) zeta (Antypov and Elliott, EPL 94, 50004 (2011)).
+        """
+        e = mean("geometric", self.restitution, self.partner_restitution)
+        factor = (self.damping_coefficient or 0.0) if e is None else damping_ratio(e)
+        if DAMPING[self.damping].powers[2]:
+            factor *= 2.0 if self.normal == "hooke" else math.sqrt(5.0)
+        return factor
 
     def in_units(self, length: float, mass: float, time: float) -> Law:
-        """Return the law in units of a length [m], a mass [kg] and a time [s].
-
-        Conductances stay, as temperatures and heat have units of their own.
-        """
+        """Return the law in other units [m, kg, s]; conductances stay, heat has its own."""
         p, q, s = DAMPING[self.damping].powers
-        dashpot = (-float(q), 1.0 - p - s, -1.0 + s)
+        powers = {name: DIMENSIONS.get(unit(Law, name), (0, 0, 0)) for name in COEFFICIENTS}
+        powers["damping_coefficient"] = (-q, 1 - p - s, s - 1)
         if self.damping == "mdr":
-            dashpot = (0.0, 0.0, 0.0)
-        powers = {**DIMENSIONS, "damping_coefficient": dashpot}
+            powers["damping_coefficient"] = (0, 0, 0)
         scales = {n: length**x * mass**y * time**z for n, (x, y, z) in powers.items()}
         return self.replace(**{n: v / scales[n] for n, v in self if n in scales and v is not None})
 
 
 COEFFICIENTS = frozenset(
-    name for table in SUBMODELS.values() for row in table.values()
-    for name in (*row.needs, *row.may_have)
-)  # fmt: skip
-
-
-def mean(kind: Mean, first: float | None, second: float | None) -> float | None:
-    """Return a mean of two coefficients, the first where the second body has none of its own."""
-    if first is None or second is None:
-        return first
-    if kind == "least":
-        return min(first, second)
-    return math.sqrt(first * second) if kind == "geometric" else 0.5 * (first + second)
+    name for table in SUBMODELS.values() for row in table.values() for name in row.names
+)
 
 
 def damping_ratio(restitution: float) -> float:
@@ -423,38 +410,18 @@ def damping_ratio(restitution: float) -> float:
     return -logarithm / math.hypot(math.pi, logarithm)
 
 
-# fmt: off
-_DEFAULTS = {
-    "normal_stiffness": 1e6, "youngs_modulus": 70e9, "poisson_ratio": 0.3, "surface_energy": 0.1,
-    "restitution": 0.9, "tangential_damping": 0.0, "friction": 0.3,
-}
-# fmt: on
-
-
-def _default(name: str, values: Mapping[str, Any]) -> float | None:
-    if name in _MATERIAL and "normal_modulus" in values:
-        return None
-    if name == "tangential_stiffness":
-        return 2.0 * float(values.get("normal_stiffness", _DEFAULTS["normal_stiffness"])) / 7.0
-    if name == "tangential_damping" and values.get("tangential") == "linear_nohistory":
-        return 1.0
-    return _DEFAULTS.get(name)
-
-
 def _rows(models: Mapping[str, Any]) -> list[Submodel]:
     return [rows[models[part]] for part, rows in SUBMODELS.items() if models[part] in rows]
 
 
-# ---- contacts without friction
-
-Tail = Literal["attractive", "clipped"]
-EffectiveMass = Literal["full", "half"]
+# ---- contacts without friction, in the words of the parameters of cases
 
 
 class Contact(Parameters):
     """Dissipation of a linear spring-dashpot contact.
 
-    A damping ratio wins over a restitution. Restitution 0 is critical damping.
+    A damping ratio wins over a restitution. Restitution 0 is critical damping. Near its end a
+    contact attracts: the *tail*, which a code keeps or clips to zero.
     """
 
     # fmt: off
@@ -486,33 +453,36 @@ class Contact(Parameters):
         return self.tail == "clipped"
 
     @property
-    def mass_share(self) -> float:
-        """Return m* over m [-] against a fixed sphere: 1 or 1/2."""
-        return 1.0 if self.effective_mass == "full" else 0.5
-
-    @property
     def zeta(self) -> float:
         """Return the damping ratio: |ln e| / sqrt(pi^2 + ln^2 e), 1 for e = 0."""
-        if self.damping_ratio is not None:
-            return self.damping_ratio
-        assert self.restitution is not None
-        return abs(damping_ratio(self.restitution))
+        ratio = self.damping_ratio
+        return abs(damping_ratio(self.restitution or 0.0)) if ratio is None else ratio
 
     @property
     def zeta_against_full_mass(self) -> float:
         """Return eta / (2 sqrt(k m)): the damping ratio of a grain on a fixed sphere."""
-        return float(self.zeta * self.mass_share**0.5)
+        return float(self.zeta * (1.0 if self.effective_mass == "full" else 0.5) ** 0.5)
 
     def dashpot(self, stiffness: float, mass: float) -> float:
         """Return eta = 2 zeta sqrt(k m*) [N s/m] of a stiffness [N/m] and a mass [kg]."""
-        return float(2.0 * self.zeta * (stiffness * mass * self.mass_share) ** 0.5)
+        share = 1.0 if self.effective_mass == "full" else 0.5
+        return float(2.0 * self.zeta * (stiffness * mass * share) ** 0.5)
 
     def law(self, stiffness: float) -> Law:
-        """Return the law of a stiffness [N/m], without friction.
-
-        A fixed partner is frozen with effective mass ``full``, held with ``half``.
-        """
+        """Return the law of a stiffness [N/m]: a fixed partner is frozen if full, held if half."""
         return Law.linear(stiffness, self.zeta, self.clipped)
+
+    @property
+    def script_values(self) -> dict[str, str | int | float]:
+        """Return the values of scripts, whose names are the same for every engine."""
+        by_ratio = self.damping_ratio is not None
+        return {
+            "damping": "ratio" if by_ratio else "restitution",
+            "restitution": float(self.restitution or 0.0),
+            "damping_ratio": self.zeta if by_ratio else 1.0,
+            "effective_mass": self.effective_mass,
+            "tail": self.tail,
+        }
 
 
 SOURCE = Contact(name="source", restitution=1e-20)  # Harper, Dufek and Breard; the tail is kept
@@ -522,24 +492,9 @@ CONTACTS = {contact.name: contact for contact in (SOURCE, CLIPPED, PLASTIC)}
 
 
 def _contact_by_name(value: Any) -> Any:
-    if not isinstance(value, str):
-        return value
-    if value not in CONTACTS:
+    if isinstance(value, str) and value not in CONTACTS:
         raise ValueError(f"must be one of {', '.join(CONTACTS)}")
-    return CONTACTS[value]
+    return CONTACTS[value] if isinstance(value, str) else value
 
 
-NamedContact = Annotated[Contact, BeforeValidator(_contact_by_name)]
-"""A contact, or the name of one in ``CONTACTS``."""
-
-
-def contact_values(contact: Contact) -> dict[str, str | int | float]:
-    """Return a contact as values of scripts, whose names are the same for every engine."""
-    by_ratio = contact.damping_ratio is not None
-    return {
-        "damping": "ratio" if by_ratio else "restitution",
-        "restitution": float(contact.restitution or 0.0),
-        "damping_ratio": contact.zeta if by_ratio else 1.0,
-        "effective_mass": contact.effective_mass,
-        "tail": contact.tail,
-    }
+NamedContact = Annotated[Contact, BeforeValidator(_contact_by_name)]  # or a name of ``CONTACTS``

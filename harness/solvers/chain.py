@@ -366,10 +366,10 @@ def compressions_by_sweeps(positions: ArrayLike, diameter: float) -> Floats:
 def _closed_contacts(overlap: Floats, rounding: float) -> Flags:
     """Return which contacts are closed, by bounds on c = max(overlap - half its neighbours, 0)."""
     low, high = np.zeros_like(overlap), np.maximum(overlap, 0.0)
-    beside = np.array([0.5, 0.0, 0.5])
+    halves = np.array([0.5, 0.0, 0.5])
     for _ in range(MOST_SWEEPS):
-        low = np.maximum(overlap - np.convolve(high, beside)[1:-1], 0.0)
-        high = np.maximum(overlap - np.convolve(low, beside)[1:-1], 0.0)
+        low = np.maximum(overlap - np.convolve(high, halves)[1:-1], 0.0)
+        high = np.maximum(overlap - np.convolve(low, halves)[1:-1], 0.0)
         if ((low > 0.0) | (high <= rounding)).all():
             return high > rounding
     raise RequestError(f"overlaps = {overlap.tolist()} m: undecided after {MOST_SWEEPS} sweeps")

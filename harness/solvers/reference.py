@@ -23,7 +23,7 @@ from harness.compiled import shielded
 from harness.errors import EngineNaNError
 from harness.model.base import Parameters
 from harness.model.conventions import Faults, Rules
-from harness.model.law import DAMPING, Law, damping_ratio
+from harness.model.law import DAMPING, Law
 from harness.model.scene import Body, Floats, Motion, Scene, Wall
 from harness.solvers import contacts, kernels, mdr
 from harness.solvers.contacts import System
@@ -281,8 +281,8 @@ def _rules(scene: Scene, rules: Rules, faults: Faults) -> dict[str, Any]:
 
 def _law(law: Law, faults: Faults, *, wall: bool) -> dict[str, Any]:
     where = ("all", "walls") if wall else ("all",)
-    modulus, shear = law.moduli or (0.75 * (law.normal_modulus or 0.0), 0.0)
-    modulus *= faults.wall_modulus_factor if wall else 1.0
+    shear = law.moduli[1] if law.moduli else 0.0
+    modulus = law.effective_modulus * (faults.wall_modulus_factor if wall else 1.0)
     shear *= faults.shear_factor * (faults.wall_shear_factor if wall else 1.0)
     mindlin, (p, q, s) = "mindlin" in law.tangential, DAMPING[law.damping].powers
     along = law.tangential_modulus or 8.0 * shear if mindlin else law.tangential_stiffness
@@ -346,17 +346,10 @@ def _tsuji_dashpot(restitution: Number, faults: Faults) -> Number:
 
 
 def dashpot_coefficient(law: Law, faults: Faults) -> float:
-    """Return the coefficient of a dashpot.
-
-    One made for a restitution of hertz has sqrt(5) zeta (Antypov and Elliott, EPL 94, 50004
-    (2011)).
-    """
-    if law.restitution is None:
-        factor = 2.0 if law.damping == "damping_ratio" else 1.0
-        return factor * (law.damping_coefficient or 0.0)
-    if law.damping == "tsuji":
+    """Return the coefficient of a dashpot, of which tsuji has a polynomial of its own."""
+    if law.damping == "tsuji" and law.restitution is not None:
         return _tsuji_dashpot(law.restitution, faults)
-    return damping_ratio(law.restitution) * (2.0 if law.normal == "hooke" else math.sqrt(5.0))
+    return law.dashpot_coefficient
 
 
 _FIRST = Scene(bodies=(Body(radius=1.0, mass=1.0),), step=1.0, steps=1)  # for types of records

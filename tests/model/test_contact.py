@@ -5,7 +5,7 @@ import math
 import pytest
 
 from harness.errors import RequestError
-from harness.model.law import CLIPPED, PLASTIC, SOURCE, Contact, Law, contact_values
+from harness.model.law import CLIPPED, PLASTIC, SOURCE, Contact, Law
 
 
 def test_damping_of_the_named_contacts():
@@ -38,8 +38,8 @@ def test_a_contact_without_damping_or_out_of_range_is_refused(values):
 
 
 def test_values_of_scripts_state_a_ratio_or_a_restitution():
-    assert contact_values(PLASTIC)["damping"] == "ratio"
-    assert contact_values(CLIPPED) == {
+    assert PLASTIC.script_values["damping"] == "ratio"
+    assert CLIPPED.script_values == {
         "damping": "restitution", "restitution": 0.0, "damping_ratio": 1.0,
         "effective_mass": "full", "tail": "clipped",
     }  # fmt: skip

@@ -29,7 +29,6 @@ from harness.model.law import (
     Contact,
     Law,
     NamedContact,
-    contact_values,
 )
 from harness.model.scene import Body, Scene, Stage
 from harness.theory.incline import INERTIA, Grain, Shape, smallest_size_ratio
@@ -413,7 +412,7 @@ def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str
         "tangential_stiffness": stiffness,
         "tangential_damping": damping,
         "start": start_degrees(case),
-        **contact_values(case.contact),
+        **case.contact.script_values,
         **sampled,
     }
 

@@ -20,7 +20,7 @@ from harness.engines.base import Job, Template, Value
 from harness.errors import EngineLostAtomsError
 from harness.model.allowed import Allowed, allowed_in, descriptions
 from harness.model.base import Parameters
-from harness.model.law import Contact, NamedContact, contact_values
+from harness.model.law import Contact, NamedContact
 
 Floats = NDArray[np.float64]
 CLIPPED_CONTACT = Contact(name="e = 0.1, clipped", restitution=0.1, tail="clipped")
@@ -171,7 +171,7 @@ class PackingCase(Case[P]):
 
 def script_values(p: Packing) -> dict[str, Value]:
     """Return the values of a script for a descent, or a flow at one angle."""
-    contact = contact_values(p.contact)
+    contact = p.contact.script_values
     values: dict[str, Value] = {name: value for name, value in p if name != "contact"}
     return {**values, **{name: contact[name] for name in DISSIPATION}}
 
