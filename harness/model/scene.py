@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -86,15 +86,14 @@ class Wall(Parameters):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if (self.radius is None) != (self.shape == "plane"):
+        is_plane = self.shape == "plane"
+        if (self.radius is None) != is_plane:
             must = "must be given" if self.radius is None else "must not be given"
             raise ValueError(f"radius = {self.radius!r} m: {must} with shape = {self.shape!r}")
-        for name in ("hollow", "spin"):
-            value = getattr(self, name)
-            if self.shape == "plane" and value not in (False, ZERO):
-                raise ValueError(
-                    f"{name} = {value!r}: must not be given for a plane (surface_velocity is)"
-                )
+        if is_plane and (self.hollow or self.spin != ZERO):
+            raise ValueError(
+                f"hollow = {self.hollow!r}, spin = {self.spin!r}: must not be given for a plane"
+            )
         return self
 
 
@@ -182,11 +181,17 @@ class Scene(Parameters):
             raise ValueError(f"steps = {self.steps}: must be {moved}, the sum of the segments'")
         if any(not 0 <= i < count or not 0 <= j < count or i == j for i, j in self.pairs or ()):
             raise ValueError(f"pairs: must be two different indices from 0 to {count - 1}")
+        laws = set(self.all_laws)
+        if len(laws) > 1 and any(law.normal == "mdr" for law in laws):
+            raise ValueError("laws: must be one with normal = 'mdr', whose bodies keep its state")
         self._check_walls()
-        self._check_period()
-        self._check_mdr()
         if not self.segments:
-            self._check_steps()
+            largest, spring = self.largest_step
+            if self.step > largest:
+                raise ValueError(
+                    f"step = {self.step!r} s: must be at most {largest:.6g} s, larger ones do not "
+                    f"resolve {spring}"
+                )
             self._check_impacts_end()
         return self
 
@@ -201,38 +206,20 @@ class Scene(Parameters):
                     f"radius = {wall.radius!r} m: must be greater than {largest:.12g} m, that of "
                     "the bodies inside"
                 )
-
-    def _check_period(self) -> None:
-        least = 4.0 * max(body.radius for body in self.bodies)
         for length in self.period:
-            if length is not None and not length >= 0.999 * least:
+            if length is not None and not length >= 0.999 * 4.0 * largest:
                 raise ValueError(
-                    f"period = {length!r} m: must be at least {least:.12g} m, twice the largest "
-                    "diameter: a body must meet one image of another"
-                )
-
-    def _check_mdr(self) -> None:
-        laws = self.all_laws
-        if any(law.normal == "mdr" for law in laws) and len(set(laws)) > 1:
-            raise ValueError("laws: must be one with normal = 'mdr', whose bodies keep its state")
-
-    def _check_steps(self) -> None:
-        for name, value, law, largest in self._largest_steps():
-            if self.step > largest:
-                raise ValueError(
-                    f"step = {self.step!r} s: must be at most {largest:.6g} s, larger ones do not "
-                    f"resolve {name} = {value!r} of {law.normal}"
+                    f"period = {length!r} m: must be at least {4.0 * largest:.12g} m, twice the "
+                    "largest diameter: a body must meet one image of another"
                 )
 
     def _check_impacts_end(self) -> None:
-        if any(self.gravity):
-            return
         for law, first, second in self._partners():
             if law.normal != "hooke" or law.clipped or DAMPING[law.damping].powers[1]:
                 continue
             critical = 2.0 * math.sqrt((law.normal_stiffness or 0.0) * moving_mass(first, second))
             ratio = law.dashpot(effective_mass(first, second), first.radius, 0.0) / critical
-            if ratio >= 1.0:
+            if ratio >= 1.0 and not any(self.gravity):
                 name = "restitution" if law.restitution is not None else "damping_coefficient"
                 value = getattr(law, name)
                 raise ValueError(
@@ -256,22 +243,23 @@ class Scene(Parameters):
         return self.step * self.steps
 
     @property
-    def largest_step(self) -> float:
-        """Return the largest step [s] at which each contact, alone, is stable.
+    def largest_step(self) -> tuple[float, str]:
+        """Return the largest step [s] at which each contact, alone, is stable; and which bounds it.
 
         v+ = v - h (c v + w^2 x), x+ = x + h v+ is stable for c h + (w h)^2 / 2 < 2 (Jury's
         criterion), with the rates of each spring and its dashpot at the largest overlap of an
         elastic impact at the speeds of the start, or of a body at rest under its weight.
         """
-        return min((row[-1] for row in self._largest_steps()), default=math.inf)
-
-    def _largest_steps(self) -> Iterator[tuple[str, float, Law, float]]:
+        steps = [(math.inf, "")]
         for law, first, second in self._partners():
-            radius = effective_radius(first, second)
-            overlap = self._overlap(law, moving_mass(first, second), radius)
-            for name, spring, dashpot in _rates(law, first, second, radius, overlap):
-                if spring or dashpot:
-                    yield name, getattr(law, name), law, _largest(spring, dashpot)
+            mass, radius = moving_mass(first, second), effective_radius(first, second)
+            rates = _rates(law, first, second, self._overlap(law, mass, radius))
+            steps += [
+                (4.0 / (c + math.sqrt(c * c + 4.0 * square)), f"{name} = {getattr(law, name)!r}")
+                for name, square, c in rates
+                if square or c
+            ]
+        return min(steps)
 
     def _overlap(self, law: Law, mass: float, radius: float) -> float:
         speed = max(math.hypot(*b.velocity) for b in self.bodies)
@@ -348,33 +336,22 @@ def effective_radius(first: Body, second: Body | None) -> float:
 
 
 def _rates(
-    law: Law, first: Body, second: Body | None, radius: float, overlap: float
-) -> Iterable[tuple[str, float, float]]:
+    law: Law, first: Body, second: Body | None, overlap: float
+) -> Iterator[tuple[str, float, float]]:
     """Yield each spring's coefficient, its w^2 [1/s2] and the rate of its dashpot [1/s]."""
-    mass, eta = (
-        moving_mass(first, second),
-        law.dashpot(effective_mass(first, second), radius, overlap),
-    )
+    radius, mass = effective_radius(first, second), moving_mass(first, second)
+    eta = law.dashpot(effective_mass(first, second), radius, overlap)
     free = [body for body in (first, second) if body is not None and body.motion == "free"]
     turning = sum(1.0 / body.moment_of_inertia for body in free)
     slipping = 1.0 / mass + sum(b.radius**2 / b.moment_of_inertia for b in free)
-    a, shear = math.sqrt(radius * overlap), law.moduli[1] if law.moduli else 0.0
     names = ("normal_stiffness", "normal_modulus", "youngs_modulus")
-    yield (
-        next(n for n in names if getattr(law, n) is not None),
-        law.stiffness(radius, overlap) / mass,
-        eta / mass,
-    )
+    name = next(n for n in names if getattr(law, n) is not None)
+    yield name, law.stiffness(radius, overlap) / mass, eta / mass
     if law.has_spring:
+        shear = law.tangential_modulus or 8.0 * (law.moduli[1] if law.moduli else 0.0)
+        k = law.tangential_stiffness or math.sqrt(radius * overlap) * shear
         name = "tangential_stiffness" if law.tangential_stiffness else "tangential"
-        k = law.tangential_stiffness or a * (law.tangential_modulus or 8.0 * shear)
         yield name, k * slipping, (law.tangential_damping or 0.0) * eta * slipping
     for part, factor in (("rolling", radius**2 * turning), ("twisting", turning)):
-        name = f"{part}_stiffness"
-        k, drag = getattr(law, name) or 0.0, getattr(law, f"{part}_damping") or 0.0
-        yield name, k * factor, drag * factor
-
-
-def _largest(spring: float, dashpot: float) -> float:
-    """Return the step h with dashpot h + spring h^2 / 2 = 2."""
-    return 4.0 / (dashpot + math.sqrt(dashpot * dashpot + 4.0 * spring))
+        k, drag = getattr(law, f"{part}_stiffness") or 0.0, getattr(law, f"{part}_damping") or 0.0
+        yield f"{part}_stiffness", k * factor, drag * factor

@@ -72,7 +72,7 @@ def test_steps_beyond_the_largest_are_unstable(partner, ratio):
     scene = Scene(**{**GOOD, **values, "bodies": (BALL, *below)})
     for share, stays in ((0.98, True), (1.02, False)):
         near = BALL.replace(position=(0.0, 0.0, rest - 1e-8), velocity=STILL)
-        step = share * scene.largest_step
+        step = share * scene.largest_step[0]
         trial = Scene.model_construct(**{**dict(scene), "bodies": (near, *below), "step": step})
         height = reference.run(trial).position[:, 0, 2]
         assert (abs(height - rest).max() < 2e-7) == stays
