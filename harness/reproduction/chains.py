@@ -99,6 +99,41 @@ def row_energy(contacts: int) -> float:
     return float(0.5 * forces @ compliance(contacts, deformable=True) @ forces)
 
 
+def series_energy() -> Iterator[Statement]:
+    """Yield the displays of the discussion and equation (18): energy of springs in series."""
+    n = np.arange(1, 11)
+    springs = np.array([spring_energy(count, 1.0, 1.0) for count in n.tolist()])
+    particles = np.array([row_energy(count) for count in n.tolist()])
+    k, c = generator().uniform([10.0, 0.01], [1000.0, 0.5], (50, 2)).T
+    yield Statement("eq-u-2", "Discussion, third display",
+        "U_2 = 1/2 (1/2 k)(2 c_1)^2 = 1/4 4 c_1^2 = 2 U_1",
+        [spring_energy(2, a, a * b) for a, b in zip(k, c, strict=True)], c**2, k * c**2,
+        tolerance=1e-11, unit="J", reason="round-off",
+        correction="1/4 k 4 c_1^2 = k c_1^2: the step before has lost k")  # fmt: skip
+    where = "Discussion, after the displays"
+    yield Statement("u-n", where, "U_n = n U_1", springs / springs[0], n, unit="U_1",
+        note="springs in series under one force")  # fmt: skip
+    yield Statement("u-n-particles", where,
+        "U_n = n U_1 holds for the source's own deformable particles", particles / particles[0], n,
+        2 * n - 1, unit="U_1",
+        correction="U_n = (2n - 1) U_1: inner ones are pressed from both sides")  # fmt: skip
+    stiffness, first = 100.0, 0.2
+    yield Statement("eq-18", "Discussion, eq. (18)", "1/2 m v^2 = U_n = n U_1 = n (1/2 k c_n)",
+        [spring_energy(count, stiffness, stiffness * first) for count in n.tolist()],
+        n * 0.5 * stiffness * (n * first), n * 0.5 * stiffness * first**2, tolerance=1e-11,
+        unit="J", reason="round-off",
+        correction="n (1/2 k c_1^2): squared, and of one spring")  # fmt: skip
+    slopes = [float(np.polyfit(np.log(n), 0.5 * np.log(u), 1)[0]) for u in (springs, particles)]
+    yield Statement("sqrt-n", "Discussion, eq. (18)", "v ~ sqrt(n)", slopes[0], 0.5,
+        tolerance=1e-9, reason="slope of an exact power",
+        note=f"{slopes[1]:.2f} for the source's own particles")  # fmt: skip
+
+
+def spring_energy(springs: int, stiffness: float, force: float) -> float:
+    """Return the energy of equal springs in series under a force [J], from their equilibrium."""
+    return 0.5 * force**2 / (stiffness * springs_in_series(springs))
+
+
 # ---- two particles
 
 

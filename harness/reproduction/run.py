@@ -71,7 +71,7 @@ def subjects(bench: Bench | None) -> list[Iterator[Statement]]:
         incline.rescaled_impulse(), chains.pairs(), towers.two_particles(),
         towers.three_particles(), chains.boundaries(), towers.transfer(), towers.collapse(),
         towers.three_on_a_base(), towers.impulses_over_height(), towers.angles_over_height(),
-        towers.series_energy(), towers.energy_scaling(), chains.lengths(), chains.deformations(),
+        chains.series_energy(), towers.energy_scaling(), chains.lengths(), chains.deformations(),
         chains.examples(), chains.contacts(), towers.packets(), towers.window(), chains.errata(),
         incline.errata(), towers.errata(),
     ]  # fmt: skip
