@@ -43,7 +43,7 @@ class Memo:
         return self._futures[key].result()
 
     def claim(self, key: Hashable) -> Future[Any] | None:
-        """Return a future for the caller to fill, None where somebody computes the key already."""
+        """Return a future for the caller to fill, None where another one computes the key."""
         with self._lock:
             if key in self._futures:
                 return None
@@ -53,7 +53,7 @@ class Memo:
 
     def __call__(self, key: Hashable, make: Callable[[], Result]) -> Result:
         """Return the value of a key, computed by the first caller."""
-        if (future := self.claim(key)) is not None:
+        if future := self.claim(key):
             try:
                 future.set_result(make())
             except BaseException as error:
@@ -98,13 +98,12 @@ class Bench:
 
     def prepare(self, jobs: Sequence[Job]) -> None:
         """Run jobs that were not run yet, in one batch. The error of a run is its outcome."""
-        keys = {job_key(job): job for job in jobs}
-        claimed = {key: future for key in keys if (future := self._runs.claim(key)) is not None}
+        claimed = [(job, future) for job in jobs if (future := self._runs.claim(job_key(job)))]
         if not claimed:
             return
-        futures = list(claimed.values())
+        futures = [future for _, future in claimed]
         try:
-            for place, outcome in self.engine.outcomes([keys[key] for key in claimed]):
+            for place, outcome in self.engine.outcomes([job for job, _ in claimed]):
                 futures[place].set_result(outcome)
         except BaseException as error:
             for future in futures:
@@ -156,7 +155,9 @@ class Bench:
         """
         from harness.model.conventions import Rules
 
-        return Rules() if self._engine is None else self.once(self._engine.rules, scene)
+        if self._engine is None:
+            return Rules()
+        return self._runs(("rules", scene), lambda: self.engine.rules(scene))
 
     def reference(self, scene: Scene) -> Motion:
         """Return the motion of a scene at equal steps, by the engine's conventions."""

@@ -44,19 +44,16 @@ from harness.results.defects import (
     explanation,
 )
 from harness.results.rows import (
-    NAN,
     Failure,
     Kind,
     Row,
     Tolerance,
     Verdict,
     failed,
-    finding,
     joined,
     judge,
     matches,
     not_tested,
-    recorded,
 )
 
 P = TypeVar("P", bound=Parameters)
@@ -153,13 +150,6 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
     row = replace(
         blank, value=value.value, uncertainty=value.uncertainty, expected=expected, note=note
     )
-    if check.kind is Kind.FINDING and math.isnan(row.value):
-        return failed(row, Failure.NOT_A_NUMBER, note)
-    if check.kind is Kind.FINDING:
-        limit = tolerance.width(row.value) or NAN
-        return finding(replace(row, tolerance=limit, reason=tolerance.reason))
-    if check.kind is Kind.RECORDED:
-        return recorded(row, tolerance)
     return judge(row, tolerance, failure=value.failure)
 
 
@@ -300,10 +290,7 @@ class _Run:
 
 
 def _passes(bench: Bench, check: Check, row: Row) -> bool:
-    blank = replace(
-        row, value=NAN, uncertainty=0.0, expected=NAN, tolerance=NAN, note="", defect=""
-    )
-    return row_in(bench, check, blank).verdict is Verdict.PASS
+    return row_in(bench, check, row).verdict is Verdict.PASS
 
 
 # ---- checks at equal steps: each quantity of a run against the reference's

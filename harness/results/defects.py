@@ -13,9 +13,11 @@ it, so that all others remain a test.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fnmatch import fnmatchcase
+from fnmatch import translate
+from functools import cache
 from itertools import combinations, product
 from typing import Any, Literal, Self, get_args
 
@@ -101,13 +103,13 @@ class KnownDefect(Parameters):
     def concerns(self, row: Row) -> bool:
         """Return whether it may act in a row: its case, setup, engine, check and version."""
         pairs = product(self.laws, self.systems)
-        setups = ["*" if pair == ("*", "*") else ", ".join(pair) for pair in pairs]
+        setups = ("*" if pair == ("*", "*") else ", ".join(pair) for pair in pairs)
         checks = ("*",) if "" in self.variations else self.variations
         return (
             row.engine == self.engine
-            and _matches_any(row.case, self.cases)
-            and _matches_any(row.setup, setups)
-            and _matches_any(row.check, checks)
+            and _pattern(self.cases).match(row.case) is not None
+            and _pattern(tuple(setups)).match(row.setup) is not None
+            and _pattern(checks).match(row.check) is not None
             and self._has_release(row.version)
         )
 
@@ -199,8 +201,9 @@ def error_defect(defects: Sequence[KnownDefect], message: str) -> KnownDefect | 
     return next((d for d in defects if d.error and d.error in message), None)
 
 
-def _matches_any(name: str, patterns: Iterable[str]) -> bool:
-    return any(fnmatchcase(name, pattern) for pattern in patterns)
+@cache
+def _pattern(patterns: Patterns) -> re.Pattern[str]:
+    return re.compile("|".join(map(translate, patterns)))
 
 
 def _without(group: tuple[KnownDefect, ...], other: KnownDefect) -> tuple[KnownDefect, ...]:

@@ -144,38 +144,38 @@ def row_name(case: str, setup: str, quantity: str, engine: str, check: str) -> s
 def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) -> Row:
     """Return the row with its verdict: pass for ``|value - expected| <= width``; NaN never passes.
 
-    A value whose uncertainty keeps it from deciding is not tested. ``failure`` is the class of a
-    failure where more than the number is known of it.
+    A value whose uncertainty keeps it from deciding is not tested. A finding and a recorded value
+    are not judged: their tolerance is how far they may be from the accepted run. ``failure`` is the
+    class of a failure where more than the number is known of it.
     """
-    width = tolerance.width(row.expected)
-    row = replace(row, tolerance=width, reason=tolerance.reason)
-    if not math.isfinite(width):
-        note = f"expected {row.expected:g} within {width:g}"
-        return replace(row, verdict=Verdict.FAIL, failure=Failure.HARNESS, note=note)
-    error, uncertainty = abs(row.difference), row.uncertainty
-    if math.isnan(error - uncertainty):  # also of two infinite ones
-        return replace(row, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
+    unjudged = {Kind.FINDING: Verdict.FINDING, Kind.RECORDED: Verdict.RECORDED}.get(row.kind)
+    width = tolerance.width(row.value if unjudged else row.expected)
+    error, uncertainty, note = abs(row.difference), row.uncertainty, row.note
     reach = error + uncertainty if tolerance.whole_interval else max(error, uncertainty)
-    if reach <= width:
-        return replace(row, verdict=Verdict.PASS)
-    if error > width + uncertainty:
-        return replace(row, verdict=Verdict.FAIL, failure=failure or Failure.OUT_OF_TOLERANCE)
-    doubt = f"undecided: off by {error:.2g} ± {uncertainty:.2g}, tolerance {width:.2g}"
-    return replace(row, verdict=Verdict.NOT_TESTED, note=joined(row.note, doubt))
+    verdict, failure = Verdict.FAIL, failure or Failure.OUT_OF_TOLERANCE
+    if math.isnan(row.value):
+        failure = Failure.NOT_A_NUMBER
+    elif unjudged:
+        verdict = unjudged
+        width = width or NAN if row.kind is Kind.FINDING else width
+    elif not math.isfinite(width):
+        failure, note = Failure.HARNESS, f"expected {row.expected:g} within {width:g}"
+    elif math.isnan(error - uncertainty):  # also of two infinite ones
+        failure = Failure.NOT_A_NUMBER
+    elif reach <= width:
+        verdict = Verdict.PASS
+    elif error <= width + uncertainty:
+        verdict = Verdict.NOT_TESTED
+        doubt = f"undecided: off by {error:.2g} ± {uncertainty:.2g}, tolerance {width:.2g}"
+        note = joined(note, doubt)
+    failure = failure if verdict is Verdict.FAIL else Failure.NONE
+    reason = tolerance.reason
+    return replace(row, tolerance=width, reason=reason, verdict=verdict, failure=failure, note=note)
 
 
 def finding(row: Row) -> Row:
     """Return the row as a finding: a difference between models, shown and not judged."""
     return replace(row, kind=Kind.FINDING, verdict=Verdict.FINDING)
-
-
-def recorded(row: Row, tolerance: Tolerance) -> Row:
-    """Return the row of a value that is compared with the accepted run alone."""
-    width, verdict = tolerance.width(row.value), Verdict.RECORDED
-    if math.isnan(row.value):
-        return replace(row, kind=Kind.RECORDED, verdict=Verdict.FAIL, failure=Failure.NOT_A_NUMBER)
-    reason = tolerance.reason
-    return replace(row, kind=Kind.RECORDED, verdict=verdict, tolerance=width, reason=reason)
 
 
 def not_tested(row: Row, reason: str) -> Row:

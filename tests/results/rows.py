@@ -13,7 +13,6 @@ from harness.results.rows import (
     finding,
     judge,
     not_tested,
-    recorded,
     table,
 )
 
@@ -29,13 +28,18 @@ def row(quantity="angle", value=10.0, **fields):
     return judge(Row(quantity=quantity, value=value, **given | fields), NARROW)
 
 
+def recorded(quantity, value, tolerance, **fields):
+    """Return a row that is held against the accepted run alone."""
+    return judge(replace(row(quantity, value, **fields), kind=Kind.RECORDED), tolerance)
+
+
 def rows(*changed):
     """Return a table with one row of each verdict, some replaced by quantity, None for none."""
     standard = [
         row("angle"),
         row("shock", 10.1),
         not_tested(row("path"), "no such contact"),
-        recorded(row("time", 3.0), Tolerance(0.0, 1e-6)),
+        recorded("time", 3.0, Tolerance(0.0, 1e-6)),
         replace(finding(row("difference", 0.25)), tolerance=NAN),
         replace(row("torque", 9.0), verdict=Verdict.KNOWN_DEFECT, failure=Failure.NONE,
                 defect="weak"),

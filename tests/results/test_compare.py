@@ -24,12 +24,11 @@ from harness.results.rows import (
     failed,
     finding,
     not_tested,
-    recorded,
     rows_of,
     table,
 )
 from harness.store.runs import Meta
-from tests.results.rows import row, rows
+from tests.results.rows import recorded, row, rows
 
 REQUEST = Meta(level="full", cases=("incline",), engines={"code": "1"})
 QUICK = replace(REQUEST, level="quick")
@@ -50,13 +49,13 @@ PLANTED = {  # the quantity, its row in the second run, the class, whether it fa
     "untested row missing": ("path", None, Change.NOT_COMPARABLE, False),
     "row of a longer level missing": ("steady", None, Change.NOT_COMPARABLE, False),
     "failure moved": ("shock", row("shock", 10.2), Change.MOVED, True),
-    "recorded value moved": ("time", recorded(row("time", 3.1), NARROW), Change.MOVED, True),
+    "recorded value moved": ("time", recorded("time", 3.1, NARROW), Change.MOVED, True),
     "finding moved": ("difference", replace(MOVED, tolerance=math.nan), Change.MOVED, False),
     "finding with a tolerance moved": (
         "difference", replace(MOVED, tolerance=0.01), Change.MOVED, True),
     "another parameter": ("angle", row(inputs="b"), Change.OTHER_INPUT, True),
     "another parameter, and moved": (
-        "time", recorded(row("time", 3.1, inputs="b"), WIDE), Change.OTHER_INPUT, True),
+        "time", recorded("time", 3.1, WIDE, inputs="b"), Change.OTHER_INPUT, True),
     "no inputs": ("angle", row(inputs=""), Change.SAME, False),
     "mended": ("shock", row("shock"), Change.BETTER, False),
     "becomes a known defect": ("angle", replace(row(value=9.0), **DEFECT), Change.WORSE, False),
@@ -94,7 +93,7 @@ def test_a_row_that_was_not_requested_is_not_comparable(other):
 
 
 def test_the_gravest_change_stands_first_and_the_largest_of_a_class():
-    after = rows(("shock", row("shock", 10.2)), ("time", recorded(row("time", 3.1), WIDE)),
+    after = rows(("shock", row("shock", 10.2)), ("time", recorded("time", 3.1, WIDE)),
                  ("angle", None), ("sink", row("sink")),
                  ("torque", replace(row("torque", 8.0), **DEFECT)))  # fmt: skip
     changes = compare(rows(), after)
