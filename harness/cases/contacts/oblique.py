@@ -124,23 +124,18 @@ class LjUnits(Oblique):
     def scene(self) -> Scene:
         """Return the impact in other units."""
         scene = super().scene()
-
-        def in_units(vector: Vector, unit: float) -> Vector:
-            x, y, z = vector
-            return (x / unit, y / unit, z / unit)
-
-        bodies = (
+        units = {"radius": LENGTH, "mass": MASS, "position": LENGTH, "velocity": SPEED}
+        bodies = tuple(
             body.replace(
-                radius=body.radius / LENGTH,
-                mass=body.mass / MASS,
-                position=in_units(body.position, LENGTH),
-                velocity=in_units(body.velocity, SPEED),
-                angular_velocity=in_units(body.angular_velocity, 1.0 / TIME),
+                **{
+                    name: np.divide(getattr(body, name), one).tolist()
+                    for name, one in units.items()
+                }
             )
-            for body in scene.bodies
+            for body in scene.bodies  # without spin
         )
         law = scene.law.in_units(LENGTH, MASS, TIME)
-        return scene.replace(bodies=tuple(bodies), law=law, step=scene.step / TIME)
+        return scene.replace(bodies=bodies, law=law, step=scene.step / TIME)
 
     def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return the ratios of an oblique impact."""
@@ -174,11 +169,11 @@ class Collision(Oblique):
         """Return the impact seen where the second sphere moves towards the first."""
         x, _, z = (-self.partner_share * v for v in self.velocity)
         scene = super().scene()
-        bodies = [
+        bodies = tuple(
             body.replace(velocity=(body.velocity[0] + x, body.velocity[1], body.velocity[2] + z))
             for body in scene.bodies
-        ]
-        return scene.replace(bodies=tuple(bodies))
+        )
+        return scene.replace(bodies=bodies)
 
     def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return ratios of relative velocities, and the change of the momentum of both."""
@@ -239,21 +234,20 @@ class PartialSlipCase(ContactCase[Any]):
     def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
         """Yield the checks of trials, and the impacts of the first of the laws that is stated."""
         yield from super().checks_up_to(engine, level)
-        for law in LAWS if level != "quick" else ():
-            jobs = self._jobs(law)
-            if not any(engine.refuses(job) for job in jobs):
-                yield Check(
-                    setup=f"{law}, wall, partial slip",
-                    quantity="rebound_difference",
-                    unit="1",
-                    measure=partial(self._difference, law),
-                    expected=0.0,
-                    tolerance=Tolerance(absolute=ROUND_OFF * float(INCIDENCES[-1]), reason=REASON),
-                    level="default",
-                    jobs=jobs,
-                    note="largest difference from the reference of 12 impacts, drawn in the report",
-                )
-                return
+        stated = (law for law in LAWS if not any(map(engine.refuses, self._jobs(law))))
+        law = next(stated, None) if level != "quick" else None
+        if law is not None:
+            yield Check(
+                setup=f"{law}, wall, partial slip",
+                quantity="rebound_difference",
+                unit="1",
+                measure=partial(self._difference, law),
+                expected=0.0,
+                tolerance=Tolerance(absolute=ROUND_OFF * float(INCIDENCES[-1]), reason=REASON),
+                level="default",
+                jobs=self._jobs(law),
+                note="largest difference from the reference of 12 impacts, drawn in the report",
+            )
 
     def own_checks(self) -> Iterator[Check]:
         """Yield a finding for each law: its rebound where it is farthest from partial slip."""
@@ -262,8 +256,8 @@ class PartialSlipCase(ContactCase[Any]):
                 setup=f"{law}, wall, partial slip",
                 quantity="normalised_rebound",
                 unit="1",
-                measure=partial(self._farthest, law),
-                expected=partial(self._expected_rebound, law),
+                measure=lambda bench, law=law: self._farthest(law, bench)[0],  # type: ignore[misc]
+                expected=lambda bench, law=law: self._farthest(law, bench)[1],  # type: ignore[misc]
                 kind=Kind.FINDING,
                 level="default",
             )
@@ -289,12 +283,10 @@ class PartialSlipCase(ContactCase[Any]):
         from harness.cases.contacts.report import codes_by_title
 
         marks: dict[str, Floats] = {}
-        codes = codes_by_title(benches)
-        for (code, bench), law in product(codes.items(), LAWS):
+        for (code, bench), law in product(codes_by_title(benches).items(), LAWS):
             if bench.has_run(self._jobs(law)):
                 with suppress(EngineError):  # of a run that failed, which its row reports
-                    values = self.rebounds(law, bench, measured=True)
-                    marks[f"{code}, {law}"] = values
+                    marks[f"{code}, {law}"] = self.rebounds(law, bench, measured=True)
         if not marks:
             return ()
         solver = benches.get(OWN) or Bench(None)
@@ -324,20 +316,13 @@ class PartialSlipCase(ContactCase[Any]):
         measured, expected = (self.rebounds(law, bench, measured=each) for each in (True, False))
         return float(np.abs(measured - expected).max())
 
-    def _farthest_rebound(self, law: str, bench: Bench) -> tuple[float, float, float]:
-        """Return incidence, rebound, and that of partial slip where they differ most."""
+    def _farthest(self, law: str, bench: Bench) -> tuple[Value, float]:
+        """Return the rebound where it differs most from partial slip, and that of partial slip."""
         rebounds = bench.once(self.rebounds, law, bench, measured=False)
         curve = partial_slip_rebound(INCIDENCES, POISSON)
         at = int(np.abs(rebounds - curve).argmax())
-        return float(INCIDENCES[at]), float(rebounds[at]), float(curve[at])
-
-    def _farthest(self, law: str, bench: Bench) -> Value:
-        psi, rebound, _ = self._farthest_rebound(law, bench)
-        note = f"farthest from partial slip at psi = {psi:g} of 0.25 to 6, elastic"
-        return Value(rebound, note=note)
-
-    def _expected_rebound(self, law: str, bench: Bench) -> float:
-        return self._farthest_rebound(law, bench)[2]
+        note = f"farthest from partial slip at psi = {INCIDENCES[at]:g} of 0.25 to 6, elastic"
+        return Value(float(rebounds[at]), note=note), float(curve[at])
 
 
 def figure(laws: Mapping[str, Floats], codes: Mapping[str, Floats]) -> Figure:
