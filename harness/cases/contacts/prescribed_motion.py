@@ -11,7 +11,7 @@ A sphere that sticks is pulled off: the tension and overlap at parting.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -22,12 +22,12 @@ from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.impact import overlap_and_rate
 from harness.cases.contacts.parameters import ContactSystem, Speed
 from harness.model.base import ZERO, Vector
-from harness.model.scene import Floats, Motion, Scene, Segment
+from harness.model.scene import Body, Floats, Motion, Scene, Segment
 from harness.theory import contact
 from harness.theory.contact import limited_forces
 
 CHORDS = 4  # pieces of the path about the second sphere: closer by their sagitta between
-PIECES = 6
+Rates = Sequence[tuple[tuple[Vector, ...], tuple[Vector, ...]]]  # of all bodies, in each piece
 
 
 class Ratio(NamedTuple):
@@ -149,7 +149,7 @@ class PrescribedMotion(ContactSystem):
         roll, twist, d, s = self.roll_forth, self.twist_forth, self.overlap, self.shear
         sideways = self.radius * roll
         bodies = self.bodies(0.0)
-        rows: tuple[tuple[Vector, Vector], ...] = (
+        pieces: tuple[tuple[Vector, Vector], ...] = (
             ((0.0, 0.0, -d), ZERO),
             ((s, -sideways, 0.0), (roll, 0.0, twist)),
             ((-2.0 * s, sideways, 0.0), (-roll, 0.0, -twist)),
@@ -158,20 +158,8 @@ class PrescribedMotion(ContactSystem):
             (ZERO, (0.0, 0.0, self.turn)),
         )
         still = (ZERO,) * (len(bodies) - 1)
-        rates = [[_rate(moved, self.duration) for moved in row] for row in rows]
-        segments = tuple(
-            Segment(steps=2 * half, velocities=(v, *still), angular_velocities=(w, *still))
-            for v, w in rates
-        )
-        return Scene(
-            bodies=bodies,
-            walls=self.walls,
-            law=self.stated_law,
-            step=self.duration / (2 * half),
-            steps=PIECES * 2 * half,
-            every=half,
-            segments=segments,
-        )
+        rates = [[_rate(moved, self.duration) for moved in piece] for piece in pieces]
+        return self._along(bodies, 2 * half, half, [((v, *still), (w, *still)) for v, w in rates])
 
     def _turned_pair(self) -> Scene:
         """Return the pair pressed, sheared, then turned about the second sphere.
@@ -190,21 +178,27 @@ class PrescribedMotion(ContactSystem):
             x, _, z = places[-1] - centre
             c, s = math.cos(angle), math.sin(angle)
             places.append(centre + np.array([c * x + s * z, 0.0, c * z - s * x]))
+        velocities = (np.diff(places, axis=0) / time).tolist()
         spins = [-rate * second.radius / first.radius] * 2 + [rate] * CHORDS
+        rates = [
+            ((v, ZERO), ((0.0, spin, 0.0), second.angular_velocity))
+            for v, spin in zip(velocities, spins, strict=True)
+        ]
+        return self._along((first, second), n, n, rates)
+
+    def _along(self, bodies: tuple[Body, ...], steps: int, every: int, rates: Rates) -> Scene:
+        """Return the scene of pieces of so many steps, at velocities and spins of all bodies."""
         segments = tuple(
-            Segment(
-                steps=n,
-                velocities=(tuple(((end - start) / time).tolist()), ZERO),
-                angular_velocities=((0.0, spin, 0.0), second.angular_velocity),
-            )
-            for start, end, spin in zip(places, places[1:], spins, strict=False)
+            Segment(steps=steps, velocities=velocities, angular_velocities=spins)
+            for velocities, spins in rates
         )
         return Scene(
-            bodies=(first, second),
+            bodies=bodies,
+            walls=self.walls,
             law=self.stated_law,
-            step=time / n,
-            steps=len(segments) * n,
-            every=n,
+            step=self.duration / steps,
+            steps=len(segments) * steps,
+            every=every,
             segments=segments,
         )
 
