@@ -109,7 +109,7 @@ def test_the_gravest_change_stands_first_and_the_largest_of_a_class():
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
 
 
-@settings(max_examples=30)  # tables of pandas: 30 ms each
+@settings(max_examples=12)  # tables of pandas: 30 ms each
 @given(old=NUMBERS, new=NUMBERS, width=st.floats(0.0, 1e3))
 def test_the_class_of_two_recorded_values(old, new, width):
     blank = Row(case="c", setup="s", quantity="q", engine="e", tolerance=width,
@@ -132,7 +132,7 @@ ROWS = st.builds(
 TABLES = st.lists(ROWS, max_size=6, unique_by=lambda one: one.key)
 
 
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(TABLES, TABLES)
 def test_a_table_has_its_rows_and_each_key_of_two_tables_one_change(first, second):
     assert repr(rows_of(table(first))) == repr(first)

@@ -24,6 +24,16 @@ def limits(case, parameters, rules=None, steps=STEPS):
     return {name: 2.0 * fine[name] - coarse[name] for name in coarse}
 
 
+def one_of_each(case):
+    """Return trials in which each law and each system occurs, of level quick where there are."""
+    trials = sorted(case.trials, key=lambda trial: trial.level != "quick")
+    chosen = {}
+    for trial in trials:
+        if trial.law not in chosen or trial.system not in chosen:
+            chosen |= {trial.law: trial, trial.system: trial}
+    return list({id(trial): trial for trial in chosen.values()}.values())
+
+
 def twin(*changes, declared=None, **more):
     """Return the reference as an engine of the plain conventions, with faults."""
     return Twin(*changes, declared=declared or Rules(), **more)
