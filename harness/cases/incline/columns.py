@@ -62,12 +62,12 @@ from harness.theory.chain import LAWS, Law, compliance
 from harness.theory.incline import critical_angle as rigid_angle
 
 Inside = Literal["damped", "elastic"]
-INSIDE: tuple[Inside, ...] = ("damped", "elastic")
 CHAIN = Provenance("harness", __version__, how="compiled")
 MOST_SUNK = 0.1  # [d] of a column under its own weight: more is another geometry
 OF_FRICTION = (
     "friction", "grain_diameter", "shape", "tangential_stiffness", "tangential_damping",
 )  # fmt: skip
+VARIED = ("angle", "phase", "wells", "time_limit")  # by a search
 PATH_EVERY, LEAST_PATH = 50, 100  # steps between samples of a path, samples that are compared
 HEIGHTS: dict[int, Level] = {2: "quick", 4: "default", 8: "full"}
 # [deg] the source's angle of a tower of n contacts by law, where the impulse rescales the velocity
@@ -153,10 +153,7 @@ class Columns(OverRow):
 
 
 class Loaded(NamedTuple):
-    """A column under a grain: overlap with the grain, sinking of the top [m], energy [J].
-
-    The last two are over those of the column at rest without a grain.
-    """
+    """A column under a grain: overlap with it [m]; sinking of the top [m], energy [J] added."""
 
     overlap: float
     sunk: float
@@ -184,20 +181,16 @@ def _overlaps(case: Columns, force: float = 0.0, beta: float = 0.0) -> Floats:
     return np.asarray(compliance(case.n, case.deformable) @ press / case.stiffness)
 
 
-def _on_crest(case: Columns) -> Loaded:
-    return loaded(case, case.weight, case.tilt)
-
-
 def crest_energy(case: Columns) -> float:
     """Return the energy [J] of a grain at rest on the first crest: its height, no springs."""
-    crest = _on_crest(case)
+    crest = loaded(case, case.weight, case.tilt)
     top = float(sinking(case)[0]) + crest.sunk
     return case.weight * (case.diameter - crest.overlap - top * math.cos(case.tilt))
 
 
 def crest_place(case: Columns, well: Any) -> Any:
     """Return the x [m] of the crest after ``well`` wells."""
-    radius = case.diameter - _on_crest(case).overlap
+    radius = case.diameter - loaded(case, case.weight, case.tilt).overlap
     return well * case.diameter - radius * math.sin(case.tilt)
 
 
@@ -239,7 +232,7 @@ def start_of(case: Columns, route: Route) -> tuple[float, float, float, float]:
         speed = START_SPEED * math.sqrt(case.gravity * d)
         return 0.5 * d, math.sqrt(0.75) * d - sunk, speed * math.sqrt(0.75), 0.5 * speed
     phi, (force, beta) = _start_angle(case), start_load(case)
-    start, crest = loaded(case, force, beta), _on_crest(case)
+    start, crest = loaded(case, force, beta), loaded(case, case.weight, case.tilt)
     change = -3.0 * weight * math.sin(phi)  # of the force, with phi
     half = 0.5 if case.deformable else 0.0
     load_change = change * math.cos(beta) - force * math.sin(beta)
@@ -337,12 +330,7 @@ def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
     return tuple(bodies)
 
 
-def read_run(case: Columns, route: Route, output: Output) -> Run:
-    """Return the run in an output: judged by LAMMPS's script, else by the ends of its stages."""
-    return read(case, route, output, _ends)
-
-
-def _ends(case: Columns, _: Route, well: Floats, state: tuple[Floats, ...]) -> Ends:
+def column_ends(case: Columns, _: Route, well: Floats, state: tuple[Floats, ...]) -> Ends:
     """Return the ends of stages; margins are those of the grain alone, without springs."""
     x, y, vx, vy = state
     height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
@@ -352,6 +340,9 @@ def _ends(case: Columns, _: Route, well: Floats, state: tuple[Floats, ...]) -> E
     margin = energy / case.weight_energy + well * math.sin(case.tilt)
     below = margin < allowed_margin(case) / case.weight_energy
     return Ends(margin, crest_place(case, well), distance < case.diameter, below)
+
+
+read_run = partial(read, ends_of=column_ends)
 
 
 def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> Run:
@@ -372,17 +363,14 @@ def critical_angle(case: Columns, bench: Bench, **options: Any) -> CriticalAngle
     """
     chosen = Search(**options)
 
-    def varied(plain: Incline) -> Columns:
-        names = ("angle", "phase", "wells", "time_limit")
-        return case.replace(**{name: getattr(plain, name) for name in names})
+    def measure(cases: Sequence[Incline]) -> Sequence[Run]:
+        varied = [case.replace(**{n: getattr(plain, n) for n in VARIED}) for plain in cases]
+        if bench.name == OWN:
+            at_equal_steps = partial(run_at_equal_steps, bench, route=chosen.method)
+            return parallel_map(at_equal_steps, varied, cores())
+        return engine_measure(bench, chosen.method, job_of, read_run)(varied)
 
-    def at_equal_steps(cases: Sequence[Columns]) -> Sequence[Run]:
-        run = partial(run_at_equal_steps, bench, route=chosen.method)
-        return parallel_map(run, cases, cores())
-
-    in_engine = engine_measure(bench, chosen.method, job_of, read_run)
-    measure = at_equal_steps if bench.name == OWN else in_engine
-    return chosen.angle(lambda cases: measure([*map(varied, cases)]), case.incline)
+    return chosen.angle(measure, case.incline)
 
 
 # ---- the case
@@ -452,22 +440,11 @@ def engine_checks() -> Iterator[Check]:
         jobs=jobs,
         note="largest distance from the path over the incline's row",
     )
-    for law, inside in product(LAWS, INSIDE):
+    for law, inside in product(LAWS, SAME_STEPS):
         # soft and with the source's contact: an external force costs a millisecond a step
-        case = Columns(
-            n=3, law=law, inside=inside, contact=SOURCE, steps_per_contact=50.0, stiffness=2e3,
-            angle=10.6,
-        )  # fmt: skip
-        yield Check(
-            setup=f"{law} law, {inside}, n = {case.n}, k = 2e3 N/m",
-            quantity="margin_over_mgd",
-            unit="1",
-            check="equal steps",
-            measure=partial(_margin, case),
-            expected=partial(_reference_margin, case),
-            tolerance=SAME_STEPS[inside],
-            jobs=[job_of(case)],
-        )
+        yield _same_margin(Columns(n=3, law=law, inside=inside, contact=SOURCE,
+                                   steps_per_contact=50.0, stiffness=2e3,
+                                   angle=10.6))  # fmt: skip
 
 
 def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
@@ -480,33 +457,39 @@ def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
     return float(np.hypot(x, y).max())
 
 
-def _margin(case: Columns, bench: Bench) -> float:
-    return read_run(case, "passage", bench.output(job_of(case))).margin
-
-
-def _reference_margin(case: Columns, bench: Bench) -> float:
-    return run_at_equal_steps(bench, case).margin
+def _same_margin(case: Columns) -> Check:
+    job = job_of(case)
+    return Check(
+        setup=f"{case.law} law, {case.inside}, n = {case.n}, k = 2e3 N/m",
+        quantity="margin_over_mgd",
+        unit="1",
+        check="equal steps",
+        measure=lambda bench: read_run(case, "passage", bench.output(job)).margin,
+        expected=lambda bench: run_at_equal_steps(bench, case).margin,
+        tolerance=SAME_STEPS[case.inside],
+        jobs=[job],
+    )
 
 
 def solver_checks() -> Iterator[Check]:
     """Yield findings: angles over damped columns at equal steps against the source's."""
-    for law, (height, level) in product(LAWS, HEIGHTS.items()):
-        case = Columns(n=height, law=law, stiffness=1e5, steps_per_contact=200.0)
-        for reading, expected in SOURCE_ANGLES[law, height].items():
+    for (law, height), angles in SOURCE_ANGLES.items():
+        for reading, expected in angles.items():
             yield Check(
                 setup=f"{law} law, damped, n = {height}, k = 1e5 N/m",
                 quantity="critical_angle_deg",
                 unit="deg",
                 check=f"source, velocity {reading}",
-                measure=partial(_angle, case),
+                measure=partial(_angle, law, height),
                 expected=expected,
                 kind=Kind.FINDING,
-                level=level,
+                level=HEIGHTS[height],
                 note=f"{rigid_angle():.4f} deg over one fixed sphere",
             )
 
 
-def _angle(case: Columns, bench: Bench) -> Value:
+def _angle(law: Law, height: int, bench: Bench) -> Value:
+    case = Columns(n=height, law=law, stiffness=1e5, steps_per_contact=200.0)
     angle = bench.once(critical_angle, case, bench, starts=4)
     return Value(angle.value, angle.uncertainty)
 
