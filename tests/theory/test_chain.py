@@ -58,20 +58,6 @@ def test_free_chain_table(deformable, expected):
     assert velocity @ velocity == pytest.approx(1, abs=1e-12)
 
 
-def test_three_particles_by_hand():
-    # overlap law: modes (1,1,1), (1,0,-1), (1,-2,1) of frequency 0, 1, sqrt(3)
-    def grain(t):
-        return 1 / 3 + math.cos(t) / 2 + math.cos(math.sqrt(3) * t) / 6
-
-    def force(t):
-        return math.sin(t) / 2 + math.sqrt(3) / 6 * math.sin(math.sqrt(3) * t)
-
-    from scipy.optimize import brentq
-
-    part = brentq(force, 2.0, 3.0, xtol=1e-15)
-    assert chain.final_velocities(3)[0] == pytest.approx(grain(part), abs=1e-12)
-
-
 def test_semi_infinite_chain_against_a_long_row():
     n, end = 60, chain.DETACHMENT_TAU
 

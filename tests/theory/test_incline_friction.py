@@ -2,14 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from harness.theory import incline as coulomb
-from harness.theory import incline as theory
+from harness.model.law import Law
+from harness.model.scene import Body, Scene
+from harness.solvers import reference
+from harness.theory import incline
 from harness.theory.incline import CREST, Grain, State, integrated_critical_angle
 
 SPHERE, DISC = 0.4, 0.5
@@ -22,7 +25,7 @@ SYSTEMS = pytest.mark.parametrize(
 
 
 def half_angle(ratio):
-    return math.radians(theory.well_half_angle(ratio))
+    return math.radians(incline.well_half_angle(ratio))
 
 
 # ---- a whole well, by an ODE in time with events
@@ -70,9 +73,9 @@ def test_a_well_is_that_of_the_equations_in_time(inertia, ratio, friction):
     tilt = math.radians(integrated_critical_angle(math.degrees(phi), grain) + 0.3)
     start = State(1e-3, 1e-3 / math.sqrt(1 + inertia), 1e-3 / math.sqrt(1 + inertia))
     before = followed(start, phi + tilt, grain)
-    assert before == pytest.approx(coulomb.over_arc(CREST, phi + tilt, grain), abs=1e-7)
-    after = State(tilt - phi, *coulomb.after_shock(before, grain, phi))
-    next_crest = coulomb.over_arc(after, 0.0, grain)
+    assert before == pytest.approx(incline.over_arc(CREST, phi + tilt, grain), abs=1e-7)
+    after = State(tilt - phi, *incline.after_shock(before, grain, phi))
+    next_crest = incline.over_arc(after, 0.0, grain)
     assert followed(after, 0.0, grain) == pytest.approx(next_crest, abs=1e-7)
 
 
@@ -80,16 +83,53 @@ def test_a_well_is_that_of_the_equations_in_time(inertia, ratio, friction):
 @pytest.mark.parametrize("friction", [0.0, 1e9])
 def test_the_energy_over_a_well_returns_at_the_critical_angle(inertia, ratio, friction):
     phi, coupled = half_angle(ratio), inertia if friction else 0.0
-    share = theory.kept_speed(math.degrees(phi), coupled)
+    share = incline.kept_speed(math.degrees(phi), coupled)
 
     def returned(tilt):
         down, up = 1 - math.cos(phi + tilt), 1 - math.cos(phi - tilt)
         return share**2 * down - up
 
     root = math.degrees(brentq(returned, 0.0, phi, xtol=1e-15))
-    assert theory.critical_angle_without_loss(math.degrees(phi), coupled) == pytest.approx(
+    assert incline.critical_angle_without_loss(math.degrees(phi), coupled) == pytest.approx(
         root, abs=1e-12
     )
+
+
+# ---- the shock, by the reference with a contact whose dashpots outweigh its springs
+
+ROW = tuple(Body(radius=1.0, mass=1.0, position=(x, 0, 0), motion="frozen") for x in (0.0, 2.0))
+
+
+def shock_of_the_reference(friction, inertia, ratio, zeta=100.0, stiffness=1e6):
+    """Return speeds of centre and rim after the shock, of a grain that rolled at 1 m/s."""
+    phi, count = half_angle(ratio), int(1000 * zeta)
+    step = 2 * math.pi / math.sqrt(stiffness) / count
+    law = Law.linear(stiffness, zeta, clipped=True)
+    if friction:
+        share = inertia / (1 + inertia)
+        law = law.replace(tangential="linear_history", tangential_damping=share, friction=friction)
+    before, after = (np.array([math.cos(phi), 0.0, sign * math.sin(phi)]) for sign in (-1.0, 1.0))
+    place = (1.0 + ratio) * np.array([math.sin(phi), 0.0, math.cos(phi)]) - 0.5 * step * before
+    grain = Body(radius=ratio, mass=1.0, inertia=inertia * ratio**2, position=tuple(place),
+                 velocity=tuple(before), angular_velocity=(0.0, 1.0 / ratio, 0.0))  # fmt: skip
+    scene = Scene(bodies=(grain, *ROW), law=law, step=step, steps=count, every=count)
+    motion = reference.run(scene)
+    return motion.velocity[-1, 0] @ after, motion.angular_velocity[-1, 0, 1] * ratio
+
+
+@SYSTEMS
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.95, 1.05, 10.0])  # of the friction that sticks
+def test_the_shock_is_that_of_the_reference(inertia, ratio, share):
+    half = incline.well_half_angle(ratio)
+    friction = share * incline.sticking_friction(half, inertia)
+    expected = incline.after_shock(
+        State(0.0, 1.0, 1.0), Grain(friction, inertia), half_angle(ratio)
+    )
+    assert shock_of_the_reference(friction, inertia, ratio) == pytest.approx(expected, abs=2e-5)
+    assert (expected[0] == expected[1]) is (share > 1)
+    if share in (0.0, 10.0):
+        kept = incline.kept_speed(half, inertia if share else 0.0)
+        assert expected[0] == pytest.approx(kept, rel=1e-14)
 
 
 # ---- values, limits and bounds
@@ -98,9 +138,9 @@ def test_the_energy_over_a_well_returns_at_the_critical_angle(inertia, ratio, fr
 @settings(max_examples=30)
 @given(HALF_ANGLES, INERTIAS)
 def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inertia):
-    bound = theory.rolling_friction(half, inertia)
-    assert bound > theory.sticking_friction(half, inertia)
-    closed = theory.critical_angle_without_loss(half, inertia)
+    bound = incline.rolling_friction(half, inertia)
+    assert bound > incline.sticking_friction(half, inertia)
+    closed = incline.critical_angle_without_loss(half, inertia)
     assert integrated_critical_angle(half, Grain(1.001 * bound, inertia)) == pytest.approx(
         closed, rel=1e-6
     )
@@ -111,19 +151,19 @@ def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inert
 @settings(max_examples=30)
 @given(HALF_ANGLES, INERTIAS)
 def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
-    frictionless = theory.critical_angle_without_loss(half, 0.0)
+    frictionless = incline.critical_angle_without_loss(half, 0.0)
     slight = integrated_critical_angle(half, Grain(1e-8, inertia))
     assert slight == pytest.approx(frictionless, rel=1e-4)
-    assert theory.critical_angle_without_loss(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
+    assert incline.critical_angle_without_loss(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
 
 
 def keeps_moving(grain, tilt_deg, wells=600):
     tilt, state = math.radians(tilt_deg), State(math.radians(tilt_deg) - EQUAL, 0.5, 0.35)
     for _ in range(wells):
-        before = coulomb.over_arc(state, EQUAL + tilt, grain)
+        before = incline.over_arc(state, EQUAL + tilt, grain)
         if before.angle < EQUAL + tilt:
             return False
-        state = State(tilt - EQUAL, *coulomb.after_shock(before, grain, EQUAL))
+        state = State(tilt - EQUAL, *incline.after_shock(before, grain, EQUAL))
     return True
 
 
@@ -138,14 +178,14 @@ def test_steady_motion_ends_at_that_angle_or_with_slight_friction_just_below(fri
 @pytest.mark.parametrize(("friction", "ratio"), [(0.0, 0.81797), (0.1, 0.71491), (1.0, 0.61889)])
 def test_the_smallest_grain_takes_off_at_its_critical_angle(friction, ratio):
     grain = Grain(friction, SPHERE)
-    half = coulomb.largest_half_angle(grain)
-    assert coulomb.smallest_size_ratio(grain) == pytest.approx(ratio, abs=5e-6)
+    half = incline.largest_half_angle(grain)
+    assert incline.smallest_size_ratio(grain) == pytest.approx(ratio, abs=5e-6)
     if friction:
         integrated_critical_angle(half - 1e-3, grain)
-        with pytest.raises(coulomb.LeavesRow):
+        with pytest.raises(incline.LeavesRow):
             integrated_critical_angle(half + 1e-3, grain)
     else:
-        assert half + theory.critical_angle_without_loss(half, 0.0) == pytest.approx(
+        assert half + incline.critical_angle_without_loss(half, 0.0) == pytest.approx(
             math.degrees(math.acos(2.0 / 3.0))
         )
 
@@ -153,12 +193,12 @@ def test_the_smallest_grain_takes_off_at_its_critical_angle(friction, ratio):
 @pytest.mark.parametrize("half", [30.0, 9.6])
 def test_a_grain_that_slides_leaves_the_row_at_less_tilt_than_one_that_rolls(half):
     slides, rolls = (
-        coulomb.integrated_no_flight_bound(half, Grain(mu, SPHERE)) for mu in (0.1, 99)
+        incline.integrated_no_flight_bound(half, Grain(mu, SPHERE)) for mu in (0.1, 99)
     )
     frictionless, rolling = (
-        theory.no_flight_bound(theory.kept_speed(half, beta) ** 2, half, beta)
+        incline.no_flight_bound(incline.kept_speed(half, beta) ** 2, half, beta)
         for beta in (0.0, SPHERE)
     )
     assert rolls == pytest.approx(rolling, abs=5e-3)
     assert 0.9 * frictionless < slides < rolls
-    assert coulomb.integrated_no_flight_bound(half, Grain(1e-5, SPHERE)) is None
+    assert incline.integrated_no_flight_bound(half, Grain(1e-5, SPHERE)) is None

@@ -119,15 +119,6 @@ def test_a_constant_torque_slows_a_sphere_that_rolls(speed, pull):
     assert rigid[1] == pytest.approx(rigid[0], rel=1e-7)
 
 
-def test_a_constant_torque_without_a_motion_in_closed_form():
-    load = MASS * G
-    down = contact.against_constant_torque(1.0, 0.0, 1.0, MASS, 1e22, (load, 0.0))
-    expected = contact.down_an_incline(math.asin(1.0 / G), 1.0, G)
-    assert down == pytest.approx((expected.acceleration, expected.turning), rel=1e-8)
-    for limits, time in (((0.01 * load, 0.05 * load), 0.01), ((load, 0.05 * load), 2.0)):
-        assert contact.against_constant_torque(time, 0.5, 0.0, MASS, ALONG, limits) is None
-
-
 @pytest.mark.parametrize("angle", [0.0175, 0.07])
 def test_rolling_resistance_holds_a_sphere_on_an_incline_or_slows_it_down(angle):
     times, load, pull = (1e-2, 2e-2), MASS * G * math.cos(angle), G * math.sin(angle)
