@@ -36,17 +36,14 @@ OWN = Bench(None)
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("n", [1, 2, 5])
+@pytest.mark.parametrize("n", [2, 5])
 def test_columns_start_at_rest(law, n):
     case = SOFT.replace(law=law, n=n)
     scene = scene_of(case, "steady")
     overlap = case.diameter + np.diff([body.position[1] for body in scene.bodies[1 : n + 1]])
-    weight = np.arange(1, n) * case.weight * math.cos(case.tilt) / case.stiffness
-    press = np.concatenate([[0.0], weight])
-    law_matrix = np.eye(n)
-    if law == "deformable":
-        law_matrix += 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1))
-    assert (law_matrix @ press)[1:] == pytest.approx(overlap, abs=1e-15)
+    press = np.arange(n) * case.weight * math.cos(case.tilt) / case.stiffness
+    coupled = 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1)) if law == "deformable" else 0.0
+    assert ((np.eye(n) + coupled) @ press)[1:] == pytest.approx(overlap, abs=1e-15)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -151,10 +148,9 @@ def test_planted_faults(fault):
 
 
 def test_a_path_off_the_inclines_is_seen():
-    engine = Twin(
-        lambda s: s.replace(step=s.step * (1 + 1e-9)) if s.law.damping == "velocity" else s
-    )
-    row = rows_of(engine)[0]
+    row = rows_of(
+        Twin(lambda s: s if s.law.damping != "velocity" else s.replace(step=s.step * (1 + 1e-9)))
+    )[0]
     assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
 
 
