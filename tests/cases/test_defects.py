@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from harness.cases.base import Check
-from harness.cases.bench import Bench
+from harness.cases.bench import Bench, job_key
 from harness.cases.checks import run_checks
-from harness.engines.base import scene_job
+from harness.engines.base import Job, Template, scene_job
 from harness.engines.output import SERIES, Output, Provenance, motion_table
 from harness.errors import EngineCrashError
 from harness.model.conventions import Faults, Rules
@@ -176,3 +176,8 @@ def test_rows_without_a_scene_have_errors_and_undetermined_defects_alone():
 
     assert verdict(WEAK) is Verdict.FAIL
     assert verdict(open_) is Verdict.NOT_TESTED
+
+
+def test_jobs_of_templates_of_one_name_in_two_packages_are_two_runs():
+    jobs = [Job(Template("drop", {"": {}}, package=name), {"height": 1.0}) for name in ("a", "b")]
+    assert job_key(jobs[0]) != job_key(jobs[1])

@@ -13,7 +13,6 @@ from harness.results.defects import (
     VALUES,
     KnownDefect,
     Trial,
-    error_defect,
     explanation,
     first_difference,
 )
@@ -150,14 +149,6 @@ def trial(observed, scene=SCENE, rules=None):
     return Trial({scene: declared}, holds, observed)
 
 
-def test_a_failing_run_has_the_defect_whose_switch_it_holds_with():
-    observed = moving(SCENE, tsuji_effective_mass=True)
-    assert explanation((OTHER, WEAK), trial(observed)) == WEAK
-    assert explanation((OTHER,), trial(observed)) is None
-    larger = dataclasses.replace(observed, velocity=observed.velocity * (1.0 + 1e-7))
-    assert explanation((OTHER, WEAK), trial(larger)) is None
-
-
 def test_of_defects_that_act_together_the_first_is_returned():
     law = HERTZ.replace(damping="tsuji", restitution=0.5, tangential="mindlin", friction=0.3)
     scene = impact(law, (0.1, 0.0, -0.3), 50, every=5, spin=(3.0, -5.0, 8.0))
@@ -177,18 +168,6 @@ def test_a_law_may_be_switched():
 def test_a_switch_that_leaves_no_motion_explains_nothing():
     broken = KnownDefect(**ENTRY, law={"youngs_modulus": -1.0})
     assert explanation((broken,), trial(moving(SCENE))) is None
-
-
-def test_the_message_of_a_run_names_its_defect():
-    dies = KnownDefect(**ENTRY, error="Lost atoms")
-    assert error_defect((WEAK, dies), "lost atoms: ERROR: Lost atoms: 1") == dies
-    assert error_defect((WEAK, dies), "NaN: x") is None
-
-
-def test_conventions_under_which_a_run_would_hold():
-    scene = impact(LINEAR, (0.1, 0.0, -0.3), 50, every=5)
-    observed = moving(scene, rules=Rules(wall_lever="height"))
-    assert trial(observed, scene).passing_rules() == ["wall_lever = height"]
 
 
 # ---- unknowns
@@ -244,9 +223,3 @@ def test_the_torque_of_the_setup_is_fitted_on_the_first_sample_alone():
     later[1:] += 1e-4
     later = dataclasses.replace(observed, angular_velocity=later)
     assert explanation((TORQUE,), trial(later, ROLLING)) is None
-
-
-def test_an_unknown_is_not_fitted_where_there_is_no_motion():
-    run = dataclasses.replace(trial(moving(ROLLING, torsion_reversed_at=(12,)), ROLLING),
-                              motion=None)  # fmt: skip
-    assert explanation((REVERSED,), run) is None
