@@ -316,14 +316,10 @@ class Stacked(ContactSystem):
         return 2.0 * self.squeeze * (self.radius + self.second_radius)
 
     @property
-    def upper_mass(self) -> float:
-        """Return the mass of the upper sphere [kg]."""
-        return sphere(self.second_radius, self.upper_density or self.density).mass
-
-    @property
     def weight(self) -> float:
         """Return the weight of both spheres [N]."""
-        return (self.mass + self.upper_mass) * self.gravity
+        upper = sphere(self.second_radius, self.upper_density or self.density)
+        return (self.mass + upper.mass) * self.gravity
 
     @property
     def omega(self) -> float:

@@ -298,10 +298,6 @@ class ContactSystem(Law):
         """Return the elastic force of hooke or hertz at an overlap [N]."""
         return self.slope(overlap) * overlap / (1.0 if self.normal == "hooke" else 1.5)
 
-    def elastic_energy(self, overlap: float) -> float:
-        """Return the energy of hooke or hertz at an overlap [J]."""
-        return self.elastic_force(overlap) * overlap / (2.0 if self.normal == "hooke" else 2.5)
-
     def elastic_overlap(self, speed: float) -> float:
         """Return the largest overlap of an elastic impact at a normal speed [m/s], in m."""
         if self.normal == "hooke":

@@ -137,7 +137,7 @@ class PrescribedMotion(ContactSystem):
             largest = self.forth * sideways / (self.roll_forth * self.radius)
             self.check_range("forth", 1e-9, largest, reason)
         pull = self.eta(self.overlap) * self.lift * self.overlap
-        push = self.elastic_energy(remaining) / remaining
+        push = self.elastic_force(remaining) / (2.0 if self.normal == "hooke" else 2.5)
         reason = "the dashpot takes more than half of the force as the sphere is lifted"
         self.check_range("duration", pull / push, 1e9, reason)
 
