@@ -93,10 +93,10 @@ PLACES = 4000  # in a stretch of the motion, at which forces are compared with t
 
 def _path(matrix: Floats, start: Floats, seconds: float) -> Floats:
     """Return the states of y' = A y at ``PLACES`` equal steps of a time, the start first."""
-    step, path = expm(matrix * (seconds / PLACES)), [start]
-    for _ in range(PLACES):
-        path.append(step @ path[-1])
-    return np.array(path)
+    step, path = expm(matrix * (seconds / PLACES)), np.array([start])
+    while len(path) <= PLACES:
+        path, step = np.concatenate([path, path @ step.T]), step @ step
+    return path[: PLACES + 1]
 
 
 def _reaches(force: Floats, limit: float, matrix: Floats, start: Floats, end: float) -> float:

@@ -19,11 +19,9 @@ from harness.report.content import Section, Table
 
 if TYPE_CHECKING:
     from harness.cases.contacts.contact_case import ContactCase, Trial
-    from harness.results.rows import Row
 
     Codes = Mapping[str, Bench]
 
-COLUMNS = ("code", "case", "law", "system", "quantity", "difference")
 MATRIX = (
     "Largest difference from the reference at equal steps, in parts of the scale of a quantity. An "
     "empty cell was not run, or the code has no such contact."
@@ -78,7 +76,7 @@ def overview(cases: list[ContactCase[Any]], codes: Codes) -> Section:
         f"or a fault: a row passes within {ROUND_OFF:g} of the scale of its quantity."
     )
     tables = (
-        Table("Codes by laws", codes_by_laws(differences(cases, codes)), BY_LAWS),
+        Table("Codes by laws", codes_by_laws(cases, codes), BY_LAWS),
         Table("Conventions", conventions(cases, codes), CONVENTIONS),
     )
     return Section("DEM codes at equal steps", text, tables)
@@ -87,75 +85,75 @@ def overview(cases: list[ContactCase[Any]], codes: Codes) -> Section:
 def case_section(case: ContactCase[Any], codes: Codes) -> Section:
     """Return the matrix of a case for each code that has run its checks."""
     tables = []
-    for code, rows in differences([case], codes).groupby("code", sort=False):
-        frame = rows.pivot_table(
-            index="law", columns="system", values="difference", aggfunc="max", sort=False
-        )
-        frame = frame.map("{:.1e}".format, na_action="ignore").fillna("")
-        frame = frame.reset_index().rename_axis(columns=None)
-        tables.append(Table(f"{case.name}: {code}", frame, MATRIX))
+    for code, bench in codes.items():
+        rows: dict[str, dict[str, str]] = {}
+        for trial, sizes in differences([case], bench):
+            rows.setdefault(trial.law, {"law": trial.law})[trial.system] = f"{max(sizes):.1e}"
+        if rows:
+            frame = pd.DataFrame(list(rows.values())).fillna("")
+            tables.append(Table(f"{case.name}: {code}", frame, MATRIX))
     return Section(f"Contact: {case.name}", f"{case.summary} {case.formula}", tuple(tables))
 
 
-def differences(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame:
-    """Return the difference of each quantity that a code has run from the reference [scale]."""
-    rows = [
-        (code, trial.case.name, trial.law, trial.system, row.quantity, _size(row))
-        for code, bench in codes.items()
-        for trial, trial_rows in _run_trials(cases, bench)
-        for row in trial_rows
-    ]
-    return pd.DataFrame(rows, columns=[*COLUMNS])
-
-
-def _run_trials(
+def differences(
     cases: Iterable[ContactCase[Any]], bench: Bench
-) -> Iterator[tuple[Trial, list[Row]]]:
-    """Yield the trials that a code has run to their ends, with the rows of their quantities."""
+) -> Iterator[tuple[Trial, list[float]]]:
+    """Yield the trials that a code has run, and how far each quantity is from the reference.
+
+    In parts of its scale.
+    """
     for case in cases:
-        rows: dict[str, list[Row]] = {}
+        sizes: dict[str, list[float]] = {}
         names = {quantity.name for quantity in case.quantities}
         for row in bench.rows[case.name]:
             if row.quantity in names and not row.check and math.isfinite(row.difference):
-                rows.setdefault(row.setup, []).append(row)
+                size = abs(row.difference) / row.tolerance * ROUND_OFF
+                sizes.setdefault(row.setup, []).append(size)
         for trial in case.trials:
-            if trial.setup in rows:
-                yield trial, rows[trial.setup]
+            if trial.setup in sizes:
+                yield trial, sizes[trial.setup]
 
 
-def _size(row: Row) -> float:
-    """Return the difference of a row [scale of its quantity]."""
-    return abs(row.difference) / row.tolerance * ROUND_OFF
-
-
-def codes_by_laws(rows: pd.DataFrame) -> pd.DataFrame:
+def codes_by_laws(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame:
     """Return rows within the tolerance, the worst of them, and rows beyond, by law and code."""
-    table = pd.concat([rows.assign(law="all laws"), rows]).pivot_table(
-        index="law", columns="code", values="difference", aggfunc=_cell, sort=False
-    )
-    return table.fillna("").reset_index().rename_axis(columns=None)
+    sizes: dict[str, dict[str, list[float]]] = {"all laws": {}}
+    for code, bench in codes.items():
+        for trial, more in differences(cases, bench):
+            for law in ("all laws", trial.law):
+                sizes.setdefault(law, {}).setdefault(code, []).extend(more)
+    rows = [{"law": law, **{c: _cell(s) for c, s in by.items()}} for law, by in sizes.items()]
+    return pd.DataFrame(rows).fillna("")
 
 
-def _cell(values: pd.Series[float]) -> str:
-    within = values[values <= ROUND_OFF]
-    beyond = len(values) - len(within)
-    texts = [f"{len(within)} rows, {within.max():.0e}"] if len(within) else []
+def _cell(sizes: list[float]) -> str:
+    within = [size for size in sizes if size <= ROUND_OFF]
+    beyond = len(sizes) - len(within)
+    texts = [f"{len(within)} rows, {max(within):.0e}"] if within else []
     return "; ".join([*texts, *([f"{beyond} beyond"] if beyond else [])])
 
 
 def conventions(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame:
     """Return each convention of a code that moves a run, and the quantity that it moves most."""
-    rows = []
+    largest: dict[tuple[str, str, str], tuple[float, str]] = {}
     for code, bench in codes.items():
-        for trial, _ in _run_trials(cases, bench):
+        for trial, _ in differences(cases, bench):
             rules = bench.rules(trial.scene)
             for name, value in rules.changed.items():
                 field = Rules.model_fields[name]
                 size, quantity = trial.moved(rules, rules.replace(**{name: field.default}))
-                formula = (field.description or "").removeprefix("[-] ")
-                most = f"{quantity} of {trial.case.name}, {trial.setup}"
-                rows.append((name, code, str(value), formula, size, most))
+                key = (name, code, str(value))
+                if size > largest.get(key, (0.0, ""))[0]:
+                    largest[key] = size, f"{quantity} of {trial.case.name}, {trial.setup}"
+    rows = [
+        {
+            "convention": name,
+            "code": code,
+            "value": value,
+            "formula": (Rules.model_fields[name].description or "").removeprefix("[-] "),
+            "moves": f"{size:.0e}",
+            "most": most,
+        }
+        for (name, code, value), (size, most) in sorted(largest.items())
+    ]
     columns = ["convention", "code", "value", "formula", "moves", "most"]
-    table = pd.DataFrame(rows, columns=columns).query("moves > 0.0")
-    table = table.loc[table.groupby(columns[:3])["moves"].idxmax()].sort_values(columns[:3])
-    return table.assign(moves=table["moves"].map("{:.0e}".format)).reset_index(drop=True)
+    return pd.DataFrame(rows, columns=columns)
