@@ -105,6 +105,7 @@ VARIABLE = "DEM_HARNESS_HOME"
 NAME = "dem-harness"
 KERNELS = "numba"  # folder of the cache for compiled kernels
 GROUP, OTHERS = stat.S_IWGRP, stat.S_IWOTH
+PACKAGE, COPIES = Path(__file__).parent, "store/committed"
 
 
 class Place(NamedTuple):
@@ -160,6 +161,19 @@ def lock_file(path: Path) -> Iterator[int]:
         yield handle
     finally:
         os.close(handle)
+
+
+# ---- committed files
+
+
+def committed(path: str) -> Path:
+    """Return a file or folder of the checkout; of an installed package, its copy."""
+    return PACKAGE.parent / path if is_checkout() else PACKAGE / COPIES / Path(path).name
+
+
+def is_checkout() -> bool:
+    """Return whether this package lies in a checkout of the project."""
+    return (PACKAGE.parent / "pyproject.toml").is_file()
 
 
 # ---- complete folders and files, and temporary ones

@@ -143,18 +143,13 @@ def _run(config: pytest.Config) -> dict[str, Any]:
     from harness.cli.output import output_folder
     from harness.cli.verify import verified
     from harness.errors import HarnessError, RequestError
-    from harness.workflows.progress import progress_bars
 
     choice, engines = _options(config)
     temporary: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
     target = choice.output or temporary.mktemp("dem-harness") / "report"
     try:  # a suite may turn warnings into errors: those of libraries are not its own
-        with (
-            warnings.catch_warnings(action="ignore"),
-            output_folder(target) as folder,
-            progress_bars("verify") as progress,
-        ):
-            record = verified(choice, engines, folder, progress)
+        with warnings.catch_warnings(action="ignore"), output_folder(target) as folder:
+            record = verified(choice, engines, folder)
     except RequestError as error:
         raise _usage_error(config, error) from None
     except HarnessError as error:
@@ -166,7 +161,7 @@ def _options(config: pytest.Config) -> tuple[Any, Any]:
     """Return the options of ``dem-harness verify``; raise UsageError for wrong ones."""
     from cyclopts import CycloptsError
 
-    from harness.cli.app import make_app, usage_error
+    from harness.cli import make_app, usage_error
     from harness.cli.verify import check_request
 
     try:

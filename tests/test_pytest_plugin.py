@@ -40,7 +40,7 @@ def verified(monkeypatch):
     """Stand in for the verification; return what it was called with."""
     calls = []
 
-    def verified(choice, engines, folder, progress):  # noqa: ARG001
+    def verified(choice, engines, folder):  # noqa: ARG001
         calls.append((choice, engines))
         return {
             "status": 1,

@@ -80,7 +80,7 @@ def test_every_link_leads_to_a_file_and_a_heading():
 
 
 def test_every_command_is_understood():
-    from harness.cli.app import make_app
+    from harness.cli import make_app
 
     assert commands()
     refused = {}

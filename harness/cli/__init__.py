@@ -2,19 +2,52 @@
 
 from __future__ import annotations
 
-try:
-    import contextlib
-    import os
-    import signal
-    import sys
-    from pathlib import Path
-    from typing import Any
-except KeyboardInterrupt:  # Ctrl-C before main() can handle it
-    raise SystemExit(130) from None
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
+
+from harness import __version__
+from harness.errors import HarnessError, RequestError
 
 REFUSED, INTERNAL, INTERRUPTED, TERMINATED = 2, 4, 130, 143
 TRACEBACK = "DEM_HARNESS_TRACEBACK"  # environment variable: show the traceback of internal errors
 MOST_CHARACTERS = 4000  # of an error
+HELP = (
+    "Check discrete element (DEM) codes against theory.\n\n"
+    "The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain, "
+    "contacts with friction and layers, in closed form, in solvers of this package and in DEM "
+    "codes.\n\n"
+    "Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was wrong; 3 an engine "
+    "could not be run or died, or a named case tested nothing; 4 internal error; 130 interrupted; "
+    "143 terminated."
+)
+COMMANDS = {
+    "verify": ("verify:verify", "Hold engines against theory and accepted runs, and report."),
+    "run": ("runs:run", "Run a case once: what it measures, and what is expected."),
+    "sweep": ("runs:sweep", "Run a case over values of its parameters and over engines."),
+    "theory": ("systems:theory", "Critical angle of the incline in closed form."),
+    "critical-angle": ("systems:critical_angle", "Critical angle of the incline in an engine."),
+    "tower": ("systems:tower", "Drop a grain on a tower: force, impulse and contacts."),
+    "impulse": ("systems:impulse", "Impulse and critical angle against the height of the tower."),
+    "cases": ("results:cases", "List the cases; or show one in full."),
+    "engines": ("results:engines", "List the engines that are here, and why others are not."),
+    "inputs": ("results:inputs", "Write the scripts of LAMMPS, or check the committed ones."),
+    "diff": ("results:diff", "Compare runs: what moved, and by how much."),
+    "accept": ("results:accept", "Merge the rows of a run into the accepted runs."),
+    "releases": ("results:releases", "Run the same cases in several LAMMPS releases."),
+    "defect": ("results:defect", "Show known defects: cause, releases, script."),
+    "upstream": ("results:upstream", "Run LAMMPS's own granular tests against the reference."),
+    "reproduce": ("results:reproduce", "Recompute what the source states: ledger and figures."),
+    "site": ("results:site", "Build a static site of the committed reports and of runs."),
+    "cache": ("results:cache", "Show what is kept, or clear it."),
+}
+"""Module and function of each command, imported when it is run, and its line in the help."""
 _stopped_by: list[int] = []  # signals that ended this process
 
 
@@ -32,13 +65,48 @@ def main() -> None:
     sys.exit(status)
 
 
+def make_app(words: Sequence[str]) -> App:
+    """Return the app; in its help commands have their line of :data:`COMMANDS`.
+
+    The command that is run, the first of ``words``, has the docstring of its function instead.
+    """
+    app = App(
+        name="dem-harness",
+        help=HELP,
+        version=f"dem-harness {__version__}",
+        version_flags="--version",
+        group_parameters=Group("Options", sort_key=1),
+        default_parameter=Parameter(negative=(), show_default=_default_text),
+        help_format="markdown" if words[:1] and words[0] in COMMANDS else "plaintext",
+        suppress_keyboard_interrupt=False,
+    )
+    for place, (name, (home, summary)) in enumerate(COMMANDS.items()):
+        line = None if name in words[:1] else summary
+        app.command(f"harness.cli.{home}", name=name, sort_key=place, help=line)
+    app.register_install_completion_command()
+    return app
+
+
+def usage_error(error: CycloptsError) -> str:
+    """Return an error of parsing in two lines: option, value and what is allowed; the help."""
+    error.verbose = False
+    cause = error.__cause__
+    message = str(cause) if isinstance(cause, RequestError) else " ".join(str(error).split())
+    if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
+        message = f"{error.unused_tokens[0]!r}: is more than the command takes"
+    command = " ".join(["dem-harness", *(error.command_chain or ())])
+    return f"{message}\nsee {command} --help"
+
+
+def _default_text(value: Any) -> str | None:
+    """Return the text of a default in the help; None for a flag or an empty one."""
+    if value is None or value is False or value in ("", ()):
+        return None
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
 def _status(words: list[str]) -> int:
     """Run a command, print its error if it fails, and return its exit status."""
-    from cyclopts import CycloptsError
-
-    from harness.cli.app import make_app, usage_error
-    from harness.errors import HarnessError
-
     try:
         app = make_app(words)
         status = app(words, exit_on_error=False, print_error=False, result_action="return_value")

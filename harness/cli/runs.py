@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -11,8 +10,19 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
-from harness.cli.app import ENGINE, File, Folder, Force, Json, MaybeWhole, Name, Settings
-from harness.cli.engines import EngineOptions, Opener, duration_check
+from harness.cli.options import (
+    ENGINE,
+    EngineOptions,
+    File,
+    Folder,
+    Force,
+    Json,
+    MaybeWhole,
+    Name,
+    Settings,
+    duration_check,
+    opener,
+)
 from harness.cli.output import (
     check_target,
     output_folder,
@@ -100,26 +110,24 @@ def run(
     from harness.engines.registry import named_values
     from harness.files import text_writer
     from harness.workflows import run as run_case
-    from harness.workflows.progress import progress_bars
     from harness.workflows.runs import runner_name
 
     choice.check()
     pictures = PICTURES if choice.frames is None else choice.frames
     name = runner_name(get_case(case), choice.engine)
     engines.check([name], "--engine")
-    opener = Opener(engines)
-    with progress_bars("run", quiet=json) as progress, engines.executor() as opener.executor:
+    with opener(engines, "run", json) as opening:
         result = run_case(
             case,
             named_values(choice.settings or (), "--set"),
             name,
             quantities=choice.quantity,
-            open_engine=partial(opener.qualified, progress=progress),
+            open_engine=opening.qualified,
             profile=choice.profile is not None,
             script=choice.script is not None,
             film_frames=pictures if choice.film is not None else 0,
             check_duration=duration_check(choice.force, f"case {case!r} with these values"),
-            progress=progress,
+            progress=opening.progress,
         )
     profile = partial(pd.DataFrame(dict(result.profile)).to_csv, index=False)
     write_all({("--profile", choice.profile): profile,
@@ -128,7 +136,7 @@ def run(
         from harness.report.figures import write_film
 
         write_film(result.discs, choice.film, pictures)
-    return opener.answer(result.to_json(), json, lambda _: show(result, False))
+    return opening.answer(result.to_json(), json, lambda _: show(result, False))
 
 
 @Parameter(name="*")
@@ -185,50 +193,44 @@ def sweep(
         A case that `dem-harness cases` lists, or a file, FILE.toml, that describes a sweep.
     """
     from harness.engines.registry import named_values
-    from harness.workflows.progress import progress_bars
-    from harness.workflows.sweep_figure import read_points
-    from harness.workflows.sweeps import plan, run_sweep
+    from harness.workflows.sweeps import plan, read_points, run_sweep
 
     over = named_values(choice.over or (), "--over")
     fixed = named_values(choice.settings or (), "--set")
     planned = plan(target, over, fixed, choice.engines, choice.quantity)
+    name, column = next(iter(planned.columns.items()))
     points = None
     if choice.reference is not None:
-        name, column = next(iter(planned.columns.items()))
-        across = planned.request.swept[0]
-        unit = planned.case.quantity(name).unit
-        errors = (f"uncertainty_{name}", f"uncertainty_{unit}")
-        points = read_points(choice.reference, across, column, errors)
+        errors = (f"uncertainty_{name}", f"uncertainty_{planned.case.quantity(name).unit}")
+        points = read_points(choice.reference, planned.request.swept[0], column, errors)
     engines.check(planned.engines, "--engines")
     work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
     duration_check(choice.force, work)(planned.seconds())
-    opener = Opener(engines)
     with (
-        progress_bars("sweep", quiet=json) as progress,
-        engines.executor() as opener.executor,
+        opener(engines, "sweep", json) as opening,
         nullcontext(choice.output) if choice.output else output_folder(None, "-sweep") as folder,
     ):
-        opening = partial(opener.qualified, progress=progress)
         run_sweep(
-            planned, opening, output=folder, points=points, executor=opener.executor,
-            progress=progress,
+            planned, opening.qualified, output=folder, points=points, executor=opening.executor,
+            progress=opening.progress,
         )  # fmt: skip
-    unqualified = {name: reason for name, reason in opener.failures.items() if reason}
+    unqualified = {name: reason for name, reason in opening.failures.items() if reason}
     notes = [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
     if not (folder / "figure.svg").is_file():
-        quantity = next(iter(planned.columns))
-        notes.append(f"no figure: no run that is done measured {quantity}")
+        notes.append(f"no figure: no run that is done measured {name}")
     if json:
         more = {"output": str(folder), "notes": notes}
-        print_json({**planned.to_json(), **opener.runs(), **more})
+        print_json({**planned.to_json(), **opening.runs(), **more})
     else:
-        _print(planned, [*notes, f"--output {folder}: is written"])
+        _print(planned)
+        for note in (*notes, f"--output {folder}: is written"):
+            tell(note)
     ended = planned.count("done") + planned.count("undecided")
     failed = planned.count("failed") or not ended or unqualified
     return HarnessError.exit_status if failed else 0
 
 
-def _print(result: Sweep, notes: Sequence[str]) -> None:
+def _print(result: Sweep) -> None:
     frame = result.to_frame()
     columns = [name for name in result.columns.values() if frame[name].notna().any()]
     swept = [name for name in result.request.swept if name in frame]
@@ -237,5 +239,3 @@ def _print(result: Sweep, notes: Sequence[str]) -> None:
         tell(f"{count} of {len(frame)} runs: {reason}")
     for engine, why in result.missing.items():
         tell(f"engine {engine!r} is left out: {why}")
-    for note in notes:
-        tell(note)

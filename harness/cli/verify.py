@@ -11,15 +11,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from harness.cli.app import File, Folder, Force, Json
-from harness.cli.engines import EngineOptions, Opener, duration_check
+from harness.cli.options import (
+    EngineOptions,
+    File,
+    Folder,
+    Force,
+    Json,
+    Names,
+    Pattern,
+    duration_check,
+    opener,
+)
 from harness.cli.output import output_folder, print_json, print_wrapped, tell
 from harness.errors import RequestError
 from harness.results.rows import KEY, row_name
 
 if TYPE_CHECKING:
     from harness.results.rows import Level
-    from harness.workflows.progress import Progress
 
 Record = Mapping[str, Any]
 MOST_PRINTED = {"fail": 20, "known defect": 10, "fixed": 10, "not tested": 10, "finding": 5}
@@ -35,11 +43,11 @@ class VerifyOptions:
     """The checks that take seconds."""
     full: bool = False
     """All checks, those of minutes and more among them."""
-    cases: Annotated[str | None, Parameter(metavar="NAME[,NAME...]")] = None
+    cases: Names = None
     """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
     engines: Annotated[str, Parameter(metavar="all|NAME[,NAME...]")] = "lammps"
     """These engines and no others; `all` is every installed engine."""
-    only: Annotated[str, Parameter(metavar="PATTERN")] = ""
+    only: Pattern = ""
     """Run what matches case/setup/quantity, its start or its end, in all cases unless --cases
     names some, as 'oblique/hertz*' or '*rim_speed_ratio'."""
     output: Folder = None
@@ -82,11 +90,9 @@ def verify(
 
         dem-harness verify --engines lammps,liggghts --cases contacts
     """
-    from harness.workflows.progress import progress_bars
-
     check_request(choice, engines)
-    with output_folder(choice.output) as folder, progress_bars("verify", quiet=json) as progress:
-        record = verified(choice, engines, folder, progress)
+    with output_folder(choice.output) as folder:
+        record = verified(choice, engines, folder, quiet=json)
     if json:
         print_json(record)
     else:
@@ -107,13 +113,12 @@ def check_request(choice: VerifyOptions, engines: EngineOptions) -> None:
 
 
 def verified(
-    choice: VerifyOptions, engines: EngineOptions, folder: Path, progress: Progress
+    choice: VerifyOptions, engines: EngineOptions, folder: Path, *, quiet: bool = False
 ) -> dict[str, Any]:
     """Verify, or take what was verified before; write the report and return its record."""
-    from harness.store.entries import keep_verification, kept_verification
+    from harness.store.cache import keep_verification, kept_verification
 
-    opener = Opener(engines)
-    entries, key = opener.entries(), _key(choice, engines)
+    entries, key = engines.entries(), _key(choice, engines)
     if entries is not None and key is not None and not engines.fresh:
         kept = kept_verification(entries, key, folder)
         if kept is not None:
@@ -123,18 +128,18 @@ def verified(
 
     names = ("cases", "engines", "only", "strict", "known_defects", "png")
     instead = "--quick, or fewer cases"
-    with engines.executor() as opener.executor:
+    with opener(engines, "verify", quiet) as opening:
         record = verify_engines(
             choice.level,
             **{name: getattr(choice, name) for name in names},
             output=folder,
-            open_engine=opener,
+            open_engine=opening.opened,
             check_duration=duration_check(choice.force, f"level {choice.level}", instead),
-            progress=progress,
+            progress=opening.progress,
         ).to_json()
     if entries is not None and key is not None and record["status"] in (0, 1):
         keep_verification(entries, key, folder, record)
-    return {**record, "folder": str(folder), "cached": False, **opener.runs()}
+    return {**record, "folder": str(folder), "cached": False, **opening.runs()}
 
 
 def details(row: Record) -> Iterator[str]:
@@ -159,8 +164,8 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     """Return the key of a verification; None where an engine has no fingerprint."""
     from harness.cases.registry import selected_names
     from harness.engines.registry import fingerprint_of
-    from harness.store.committed import accepted_folder
-    from harness.store.entries import digest_of_tree, key_of, machine, source_digest, versions
+    from harness.files import committed
+    from harness.store.cache import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.settings import selected_engines
 
     names = selected_engines(choice.engines)
@@ -176,7 +181,7 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
             "named": [choice.cases, choice.engines],
             "flags": [choice.only, choice.strict, choice.png],
             "defects": hashlib.sha256(defects).hexdigest(),
-            "accepted": digest_of_tree(accepted_folder()),
+            "accepted": digest_of_tree(committed("reports/accepted")),
             "machine": machine(),
             "packages": versions(*PACKAGES),
             "source": source_digest(),

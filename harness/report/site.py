@@ -26,8 +26,7 @@ from harness.report.content import Badge
 from harness.report.page import defect_releases, defect_sentence
 from harness.report.render import document, html_page, matrix, verdict_badges
 from harness.results.rows import KEY, Verdict, table
-from harness.store.runs import Run, read_run
-from harness.store.tables import read_rows
+from harness.store.runs import Run, read_rows, read_run
 
 TITLE = "DEM codes against theory"
 START, DEFECTS, LIST = "index.html", "defects.html", "site.json"

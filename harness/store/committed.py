@@ -17,50 +17,23 @@ from typing import Any
 
 import pandas as pd
 
-import harness
 from harness.engines.output import release_of
 from harness.errors import RequestError
-from harness.files import text_writer, write_files
+from harness.files import committed, is_checkout, text_writer, write_files
 from harness.results.defects import KnownDefect
 from harness.results.rows import COLUMNS, ENGINE_FAILURES, KEY, Verdict, table
-from harness.store.runs import ROWS, Run
-from harness.store.tables import read_rows, rows_text
+from harness.store.runs import ROWS, Run, read_rows, rows_text
 
-ACCEPTED = "accepted"
-DEFECTS = "known-defects.toml"
-SCRIPTS = "reports/defects/"
+ACCEPTED, DEFECTS, SCRIPTS = "reports/accepted", "inputs/known-defects.toml", "reports/defects"
 
 
-def _place(in_checkout: str, in_package: str) -> tuple[Path, bool]:
-    """Return where a committed file or folder lies, and whether that is a checkout."""
-    package = Path(harness.__file__).parent
-    if (package.parent / "pyproject.toml").is_file():
-        return package.parent / in_checkout, True
-    return package / "store" / "committed" / in_package, False
-
-
-def accepted_folder() -> Path:
-    """Return the folder of the accepted runs: of the checkout, else of the installed package."""
-    return _place(f"reports/{ACCEPTED}", ACCEPTED)[0]
-
-
-def writable_folder() -> Path:
-    """Return the accepted runs of the checkout; raise RequestError in an installed package."""
-    folder, is_checkout = _place(f"reports/{ACCEPTED}", ACCEPTED)
-    if not is_checkout:
-        raise RequestError(
-            f"accept: {folder} belongs to the installed package and is not written; name a folder"
-        )
-    return folder
-
-
-def accepted_rows(folder: Path, engines: Mapping[str, str]) -> pd.DataFrame:
+def accepted_rows(engines: Mapping[str, str], folder: Path | None = None) -> pd.DataFrame:
     """Return the accepted rows of engines: of their version each, else of the newest.
 
-    ``engines`` maps names to versions. An engine without an accepted run has no rows. Raise
-    RequestError for a damaged file.
+    ``engines`` maps names to versions, ``folder`` has the accepted runs, the committed ones unless
+    given. An engine without an accepted run has no rows. Raise RequestError for a damaged file.
     """
-    tables = []
+    folder, tables = folder or committed(ACCEPTED), []
     for engine, version in engines.items():
         files = sorted((folder / engine).glob(f"*/{ROWS}"), key=_release)
         same = folder / engine / folder_name(version) / ROWS
@@ -70,13 +43,17 @@ def accepted_rows(folder: Path, engines: Mapping[str, str]) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True) if tables else table(())
 
 
-def accept(run: Run, folder: Path) -> list[Path]:
+def accept(run: Run, folder: Path | None = None) -> list[Path]:
     """Merge the rows of a run into the accepted runs; return the files that changed.
 
     An accepted row in the scope of the run that it lacks is dropped; a row that the run has and
-    did not test stays as it was. Raise RequestError for a run in which an engine died, and where
-    a file cannot be written.
+    did not test stays as it was. Raise RequestError for a run in which an engine died, where a
+    file cannot be written, and for the accepted runs of an installed package.
     """
+    if folder is None and not is_checkout():
+        place = f"{committed(ACCEPTED)} belongs to the installed package"
+        raise RequestError(f"accept: {place} and is not written; name a folder")
+    folder = folder or committed(ACCEPTED)
     died = run.rows["failure"].isin(ENGINE_FAILURES) & (run.rows["verdict"] == Verdict.FAIL)
     if died.any():
         raise RequestError(f"nothing is accepted: an engine failed in {int(died.sum())} rows")
@@ -117,7 +94,7 @@ def known_defects(other: Path | None = None) -> tuple[KnownDefect, ...]:
 
     Raise RequestError, naming file and defect, for a damaged file, and for a name in both files.
     """
-    defects = read_defects(_place(f"inputs/{DEFECTS}", DEFECTS)[0])
+    defects = read_defects(committed(DEFECTS))
     names = {defect.name for defect in defects}
     for defect in () if other is None else read_defects(other):
         if defect.name in names:
@@ -133,7 +110,7 @@ def read_defects(file: Path) -> tuple[KnownDefect, ...]:
 
     Raise RequestError, naming file and defect, for anything else.
     """
-    label = f"known defects {file}"
+    label, defects = f"known defects {file}", []
     try:
         record: dict[str, Any] = tomllib.loads(file.read_bytes().decode("utf-8"))
     except (OSError, ValueError) as error:
@@ -142,7 +119,6 @@ def read_defects(file: Path) -> tuple[KnownDefect, ...]:
     entries = tables.values() if isinstance(tables, dict) else [tables]
     if record or not all(isinstance(entry, dict) for entry in entries):
         raise RequestError(f"{label}: holds tables [defect.NAME] and nothing else")
-    defects = []
     for name, entry in tables.items():
         try:
             defects.append(KnownDefect(**{"name": name, **entry}))
@@ -153,5 +129,5 @@ def read_defects(file: Path) -> tuple[KnownDefect, ...]:
 
 def defect_script(defect: KnownDefect) -> str:
     """Return the script that shows a defect with the engine alone; empty without one."""
-    file, _ = _place(defect.script, f"defects/{defect.script.removeprefix(SCRIPTS)}")
+    file = committed(SCRIPTS) / defect.script.removeprefix(f"{SCRIPTS}/")
     return file.read_text(encoding="utf-8") if defect.script and file.is_file() else ""

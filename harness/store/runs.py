@@ -1,7 +1,7 @@
 """A run of ``verify`` and its folder.
 
     report.html, report.md    written by the room ``report``
-    rows.csv                  the rows, sorted by their key
+    rows.csv                  the rows, exact and sorted by their key: ``git diff`` is the review
     run.json                  the request, the versions, when and where it ran
     junit.xml                 the rows for a CI service
     figures/, scripts/, logs/
@@ -11,16 +11,21 @@ A folder is filled under another name and renamed: it is complete or not there.
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import html
+import io
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pandas as pd
@@ -28,8 +33,20 @@ import pandas as pd
 from harness.errors import RequestError
 from harness.files import check_folder, safe_path, whole_folder
 from harness.results.compare import Mask, compare, counts, counts_of_changes, regressions
-from harness.results.rows import ENGINE_FAILURES, LEVELS, Kind, Verdict, matches
-from harness.store.tables import junit, read_rows, rows_text
+from harness.results.rows import (
+    COLUMNS,
+    ENGINE_FAILURES,
+    KEY,
+    LEVELS,
+    NUMBERS,
+    Failure,
+    Kind,
+    Row,
+    Verdict,
+    check_keys,
+    matches,
+    rows_of,
+)
 
 FORMAT = 3  # of run.json and rows.csv; raised when a key or column changes its meaning
 ROWS, META, JUNIT, LOGS, SCRIPTS = "rows.csv", "run.json", "junit.xml", "logs", "scripts"
@@ -37,6 +54,10 @@ SOLVERS = "harness"  # engine of the rows of this package's solvers: no test of 
 UNJUDGED = (Verdict.NOT_TESTED, Verdict.FINDING, Verdict.RECORDED)
 NOTEBOOK_COLUMNS = ("case", "setup", "quantity", "engine", "check", "value", "expected",
                     "tolerance", "unit", "verdict", "note")  # fmt: skip
+NEWLINE = "\r\n"  # of the CSV writer, which quotes cells with one of its characters
+WORDS: dict[str, type[StrEnum]] = {"kind": Kind, "verdict": Verdict, "failure": Failure}
+NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+LOG_CHARACTERS = 2000  # of the end of a failed run's log
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -234,9 +255,7 @@ def json_records(frame: pd.DataFrame) -> list[dict[str, Any]]:
 def _read_record(folder: Path) -> dict[str, Any]:
     file = folder / META
     if not file.is_file():
-        old = (folder / "results.json").is_file()
-        hint = " (results.json is of version 1 of dem-harness)" if old else ""
-        raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}{hint}")
+        raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}")
     try:
         record = json.loads(_text_of(file))
     except ValueError as error:
@@ -274,3 +293,114 @@ def _finite(value: Any) -> Any:
 
 def _counted(numbers: Mapping[Any, int] | pd.Series[Any]) -> str:
     return ", ".join(f"{number} {name}" for name, number in numbers.items() if number)
+
+
+# ---- rows as CSV
+
+
+class _Lines(list[str]):
+    write = list.append
+
+
+def rows_text(rows: pd.DataFrame) -> str:
+    """Return rows as CSV, sorted by their key.
+
+    Numbers have the digits that read back the same bits; NaN is an empty cell. Halves of
+    surrogate pairs, which no file can have, become question marks.
+    """
+    lines = _Lines()
+    writer = csv.writer(lines, lineterminator=NEWLINE)
+    writer.writerow(COLUMNS)
+    ordered = exact_texts(rows[list(COLUMNS)].sort_values(list(KEY), kind="stable"))
+    writer.writerows(ordered.itertuples(index=False, name=None))
+    text = "".join(line.removesuffix(NEWLINE) + "\n" for line in lines)
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def exact_texts(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of rows whose numbers are text that reads back the same bits."""
+
+    def text(value: float) -> str:
+        return "" if math.isnan(value) else repr(float(value))
+
+    return rows.assign(**{name: list(map(text, rows[name])) for name in NUMBERS})
+
+
+def read_rows(file: Path) -> pd.DataFrame:
+    """Return the rows of a file. Raise RequestError, naming the file, where it is damaged."""
+    try:
+        return parsed_rows(file.read_bytes().decode("utf-8"))
+    except OSError as error:
+        raise RequestError(f"{file}: cannot be read ({error.strerror})") from None
+    except (ValueError, csv.Error) as error:
+        raise RequestError(f"{file}: {error}") from None
+
+
+def parsed_rows(text: str) -> pd.DataFrame:
+    """Return the rows of a CSV text. Raise ValueError, naming the line, where it is damaged."""
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    if tuple(next(reader, ())) != COLUMNS:
+        raise ValueError(f"line 1: the columns must be {', '.join(COLUMNS)}")
+    lines = []
+    for cells in reader:
+        if len(cells) != len(COLUMNS):
+            raise ValueError(f"line {reader.line_num}: has {len(cells)} of {len(COLUMNS)} cells")
+        lines.append(cells)
+    if not text.endswith("\n"):
+        raise ValueError(f"line {reader.line_num}: is cut")
+    frame = pd.DataFrame(lines, columns=list(COLUMNS), dtype=object)
+    for name in NUMBERS:
+        frame[name] = _numbers(frame[name])
+    for name, words in WORDS.items():
+        for cell in frame.loc[~frame[name].isin(list(words)), name]:
+            raise ValueError(f"{name} = {cell!r}: must be {', '.join(filter(None, words))}")
+    check_keys(frame)
+    return frame
+
+
+def _numbers(column: pd.Series[str]) -> pd.Series[float]:
+    """Return the numbers of cells, NaN for an empty one."""
+    try:
+        return column.replace("", "nan").astype(float)
+    except ValueError as error:
+        raise ValueError(f"{column.name}: {error}") from None
+
+
+# ---- rows as JUnit XML
+
+
+def junit(rows: pd.DataFrame, seconds: float = 0.0) -> str:
+    """Return a suite for each kind of rows, with a test case for each row.
+
+    A failed verdict is a ``failure``, a failed run of an engine an ``error``; rows without a
+    verdict and known defects are ``skipped`` with the reason.
+    """
+    root = Xml.Element("testsuites", name="dem-harness", time=f"{seconds:.3f}")
+    every = rows_of(rows)
+    for kind in Kind:
+        cases = [_test_case(row) for row in every if row.kind is kind]
+        tags = [outcome.tag for case in cases for outcome in case]
+        if cases:
+            numbers = {"tests": len(cases), "failures": tags.count("failure"),
+                       "errors": tags.count("error"), "skipped": tags.count("skipped")}  # fmt: skip
+            attributes = {name: str(number) for name, number in numbers.items()}
+            suite = Xml.SubElement(root, "testsuite", {"name": f"dem-harness.{kind}", **attributes})
+            suite.extend(cases)
+    Xml.indent(root)
+    text = NOT_XML.sub("?", Xml.tostring(root, "unicode"))
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _test_case(row: Row) -> Xml.Element:
+    case = Xml.Element("testcase", classname=f"dem-harness.{row.kind}", name=row.name)
+    if row.verdict in (Verdict.PASS, Verdict.RECORDED, Verdict.FIXED):
+        return case
+    numbers = f"{row.value:.10g}, expected {row.expected:.10g} ± {row.tolerance:.2g} {row.unit}"
+    message = f"{row.verdict}: {row.note or numbers}"
+    if row.verdict is not Verdict.FAIL:
+        Xml.SubElement(case, "skipped", message=message)
+        return case
+    tag = "error" if row.failure in ENGINE_FAILURES else "failure"
+    outcome = Xml.SubElement(case, tag, message=message, type=str(row.failure))
+    outcome.text = "\n".join(filter(None, (numbers, row.reason, row.log[-LOG_CHARACTERS:])))
+    return case

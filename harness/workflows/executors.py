@@ -24,8 +24,7 @@ from typing import Any, TypeVar
 from harness.engines.base import Engine, Job, Output
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError, HarnessError, RequestError
-from harness.store.cache import SOURCES, WrappedEngine, keeping
-from harness.store.entries import key_of, source_digest, versions
+from harness.store.cache import SOURCES, Outcomes, key_of, opened, source_digest, versions
 
 PIECES = 128  # into which a batch is cut, for workers of any number and speed
 LARGEST_PIECE = 32  # jobs that are lost with a worker, at most
@@ -36,41 +35,31 @@ IDLE_SECONDS = 60  # until a job of SLURM without runs is ended: another one may
 MOST_CHARACTERS = 200  # of what a library reports
 LOST = "lost with its worker or the scheduler: the same command runs it again"
 LOSSES = ("KilledWorker", "FutureCancelledError")  # exceptions of Dask
-Outcome = Output | EngineError
 Result = TypeVar("Result")
-
-
-class ExecutorEngine(WrappedEngine):
-    """An engine whose jobs run in the workers of an executor.
-
-    ``local`` answers all that needs no run; ``name`` and ``options`` open the engine in a worker.
-    A worker whose programs, packages or source differ from the local ones runs nothing: its results
-    would be kept as those of other programs.
-    """
-
-    def __init__(
-        self, local: Engine, executor: Executor, name: str, options: Mapping[str, Any]
-    ) -> None:
-        super().__init__(local)
-        self._executor, self._opening = executor, (name, dict(options), identity(local))
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
-        """Yield the place and the outcome of each job as soon as its piece is done."""
-        self._engine.check(jobs)
-        size = max(1, min(LARGEST_PIECE, len(jobs) // PIECES))
-        firsts = range(0, len(jobs), size)
-        calls = [(*self._opening, jobs[first : first + size]) for first in firsts]
-        for number, result in completed(self._executor, run_jobs, calls):
-            count = len(calls[number][-1])
-            outcomes = [result] * count if isinstance(result, EngineError) else result
-            yield from zip(range(firsts[number], firsts[number] + count), outcomes, strict=True)
 
 
 @contextmanager
 def opened_on(executor: Executor, name: str) -> Iterator[Engine]:
     """Yield an engine whose jobs run in an executor and are kept in this process's cache."""
-    with open_engine(name) as local:
-        yield keeping(ExecutorEngine(local, executor, name, {}))
+    with opened(name, remote=partial(remote_outcomes, executor)) as engine:
+        yield engine
+
+
+def remote_outcomes(
+    executor: Executor, engine: Engine, name: str, options: Mapping[str, Any], jobs: Sequence[Job]
+) -> Outcomes:
+    """Yield the place and the outcome of each job as soon as its piece is done by a worker.
+
+    ``name`` and ``options`` open the engine in a worker. One whose programs, packages or source
+    differ from those of ``engine`` runs nothing: its results would be kept as those of others.
+    """
+    size = max(1, min(LARGEST_PIECE, len(jobs) // PIECES))
+    firsts, facts = range(0, len(jobs), size), identity(engine)
+    calls = [(name, options, facts, jobs[first : first + size]) for first in firsts]
+    for number, result in completed(executor, run_jobs, calls):
+        count = len(calls[number][-1])
+        outcomes = [result] * count if isinstance(result, EngineError) else result
+        yield from zip(range(firsts[number], firsts[number] + count), outcomes, strict=True)
 
 
 def completed(
@@ -89,20 +78,16 @@ def completed(
             except Exception as error:  # of an executor that is broken or closed
                 yield number, EngineCrashError(f"no worker took it: {_one_line(error)}")
         for future in as_completed(futures):
-            yield futures.pop(future), _result(future)
+            try:
+                yield futures[future], future.result()
+            except Exception as error:  # of Dask, of pickling, of an engine of another package
+                is_lost = isinstance(error, CancelledError | BrokenExecutor)
+                is_lost |= type(error).__name__ in LOSSES
+                text = LOST if is_lost else f"failed on its worker: {_one_line(error)}"
+                yield futures[future], EngineCrashError(text)
     finally:
         for future in futures:
             future.cancel()
-
-
-def _result(future: Future[Any]) -> Any:
-    try:
-        return future.result()
-    except Exception as error:  # of Dask, of pickling, of an engine of another package
-        is_lost = isinstance(error, CancelledError | BrokenExecutor)
-        if is_lost or type(error).__name__ in LOSSES:
-            return EngineCrashError(LOST)
-        return EngineCrashError(f"failed on its worker: {_one_line(error)}")
 
 
 def _one_line(error: BaseException) -> str:
@@ -129,7 +114,7 @@ _opening_lock = threading.Lock()  # a worker may run jobs in several threads
 
 def run_jobs(
     name: str, options: Mapping[str, Any], expected: Mapping[str, Any], jobs: Sequence[Job]
-) -> list[Outcome]:
+) -> list[Output | EngineError]:
     """Return the outcomes of jobs in an engine of this process, which stays open.
 
     ``expected`` is its identity where the command runs.

@@ -16,9 +16,10 @@ from harness.engines.output import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
 from harness.errors import EngineError, RequestError
 from harness.files import check_folder, text_writer, write_files
-from harness.workflows.progress import Progress, silent
+from harness.model.allowed import allowed_in
+from harness.model.base import Parameters, unit
+from harness.workflows import Progress, silent
 from harness.workflows.runs import takes_job
-from harness.workflows.settings import parameter_records
 
 Record = dict[str, Any]
 UNKNOWN = Traits("", (), "")  # of an engine whose class cannot be imported
@@ -107,6 +108,27 @@ def input_texts(engine: str = DEFAULT) -> dict[str, str]:
     raise RequestError(
         f"--engine {engine!r}: runs without scripts: must be one of {', '.join(names)}"
     )
+
+
+def parameter_records(values: Parameters, path: str = "") -> dict[str, Record]:
+    """Return default, unit, description and what is allowed of all parameters, by name.
+
+    The name of a nested parameter has a dot; the values are the defaults.
+    """
+    kind, records = type(values), dict[str, Record]()
+    allowed = allowed_in(kind)
+    for name, field in kind.model_fields.items():
+        value, limits = getattr(values, name), allowed.get(name)
+        if isinstance(value, Parameters):
+            records |= parameter_records(value, f"{path}{name}.")
+            continue
+        records[path + name] = {
+            "default": value,
+            "unit": unit(kind, name),
+            "description": (field.description or "").partition("]")[2].strip(),
+            "allowed": (", ".join(limits.words) or limits.range) if limits else "",
+        }
+    return records
 
 
 def _case(case: Case[Any]) -> Record:

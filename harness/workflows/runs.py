@@ -20,9 +20,9 @@ from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.report.content import Summarized
 from harness.store.cache import EngineChoice, opened
+from harness.workflows import Progress, silent
 from harness.workflows.executors import opened_on
-from harness.workflows.progress import Progress, silent
-from harness.workflows.settings import flat, parameters_of, quantity_names, split_settings
+from harness.workflows.settings import NONE, flat, point_of, quantity_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from harness.model.scene import Scene
     from harness.report.content import Discs
 
-EQUAL_STEPS, CLOSED_FORM, NONE = "equal steps", "closed form", "none"
+EQUAL_STEPS, CLOSED_FORM, NO_REFERENCE = "equal steps", "closed form", "none"
 COLUMNS = ("value", "unit", "reference", "reference_kind", "difference", "limit", "step_error")
 SEARCH_RUNS = 30  # runs of a search, for the estimate of its time
 SOLVER_MICROSECONDS = 0.02  # of a body and step in a solver of this package, likewise
@@ -53,7 +53,7 @@ class Result:
     value: float
     unit: str
     reference: float = math.nan
-    reference_kind: str = NONE
+    reference_kind: str = NO_REFERENCE
     limit: float = math.nan
     uncertainty: float = 0.0
 
@@ -75,7 +75,7 @@ class Result:
     def __str__(self) -> str:
         text = f"{self.value:.10g} {self.unit if self.unit != '1' else ''}".rstrip()
         text += f" +- {self.uncertainty:.2g}" if self.uncertainty else ""
-        if self.reference_kind == NONE:
+        if self.reference_kind == NO_REFERENCE:
             return text
         text += f"; {self.reference:.10g} by {self.reference_kind}, {self.difference:+.2g} off"
         if math.isnan(self.step_error):
@@ -158,39 +158,48 @@ def run(  # noqa: PLR0913 - the options of a user
     """
     chosen = get_case(case)
     names = quantity_names(chosen, quantities)
-    texts = {n: "none" if value is None else str(value) for n, value in (settings or {}).items()}
-    texts, options = split_settings(chosen, texts, names)
-    parameters = parameters_of(chosen, texts)
+    texts = {n: NONE if value is None else str(value) for n, value in (settings or {}).items()}
+    point = point_of(chosen, texts, names)
+    parameters = point.parameters
     if isinstance(engine, Engine):
         opening: AbstractContextManager[Engine] = nullcontext(engine)
     else:
         name = runner_name(chosen, engine)
         if is_solver(chosen, name):
             parts = {"--script": script, "--film": film_frames, "--profile": profile}
-            if option := next((option for option, wanted in parts.items() if wanted), None):
+            for option in (option for option, wanted in parts.items() if wanted):
                 raise RequestError(f"{option}: {name!r} is a solver, an engine is needed")
             check_duration(run_seconds(chosen, parameters, None, names))
             runner = (name, f"dem-harness {__version__}")
             return _result(chosen, parameters, names, runner, chosen.solve(parameters, name))
         opening = open_engine(name) if executor is None else opened_on(executor, name)
     with opening as running:
-        text = _checked_script(chosen, parameters, running, script=script, profile=profile)
+        job = chosen.job(parameters)
+        if reason := running.refuses(job):
+            raise RequestError(f"--engine {running.name!r}: cannot run {case!r}: {reason}")
+        if profile and type(chosen).profile is Case.profile:
+            raise RequestError(f"--profile: case {case!r} has no profile")
+        text = running.script_text(job) if script else ""
+        if script and not text:
+            raise RequestError(f"--script: {running.title} runs case {case!r} without a script")
         check_duration(run_seconds(chosen, parameters, running.traits, names))
         progress(case, 0, 1)
         bench, runner = Bench(running), (running.name, running.identify().engine_version)
         if is_search(chosen, names):
-            values = chosen.search(names, parameters, bench, **options)
+            values = chosen.search(names, parameters, bench, **point.options)
             return _result(chosen, parameters, names, runner, values)
-        output = bench.output(chosen.job(parameters))
-        result = _result(
-            chosen, parameters, names, runner, chosen.measure(parameters, output), bench
-        )
+        output = bench.output(job)
+        measured = chosen.measure(parameters, output)
+        result = _result(chosen, parameters, names, runner, measured, bench)
+        columns = chosen.profile(parameters, output) if profile else {}
         discs = None
         if film_frames:
             film = bench.output(chosen.film_job(parameters, film_frames))
             discs = chosen.discs(parameters, film)
-        columns = chosen.profile(parameters, output) if profile else {}
         return replace(result, profile=columns, script=text, discs=discs)
+
+
+# ---- who runs a case, and for how long
 
 
 def runner_name(case: Case[Any], name: str | None) -> str:
@@ -239,6 +248,9 @@ def run_seconds(
     return runs * case.cost(parameters) / PARTICLES * traits.microseconds_per_step * 1e-6
 
 
+# ---- references and limits
+
+
 def _result(
     case: Case[Any],
     parameters: Parameters,
@@ -249,8 +261,7 @@ def _result(
 ) -> RunResult:
     """Return measured values, those of ``names`` if given, with closed forms.
 
-    A closed form that raises is null. With the bench of a single run they have references at equal
-    steps and limits of small steps.
+    With the bench of a single run they have references at equal steps and limits of small steps.
     """
     exact: Mapping[str, float] = {}
     reference: Mapping[str, float] = {}
@@ -268,7 +279,7 @@ def _result(
             continue
         value = Value.of(values[name])
         expected = float({**exact, **reference}.get(name, math.nan))
-        closed = NONE if math.isnan(expected) else CLOSED_FORM
+        closed = NO_REFERENCE if math.isnan(expected) else CLOSED_FORM
         quantities[name] = Result(
             value=value.value,
             unit=quantity.unit,
@@ -327,18 +338,3 @@ def refined(scene: Scene, factor: int) -> Scene:
         segments=tuple(part.replace(steps=part.steps * factor) for part in scene.segments),
         setups=tuple(at * factor for at in scene.setups),
     )
-
-
-def _checked_script(
-    case: Case[Any], parameters: Parameters, engine: Engine, *, script: bool, profile: bool
-) -> str:
-    """Return the script of a run if requested; raise RequestError for what the engine cannot do."""
-    job = case.job(parameters)
-    if reason := engine.refuses(job):
-        raise RequestError(f"--engine {engine.name!r}: cannot run {case.name!r}: {reason}")
-    if profile and type(case).profile is Case.profile:
-        raise RequestError(f"--profile: case {case.name!r} has no profile")
-    text = engine.script_text(job) if script else ""
-    if script and not text:
-        raise RequestError(f"--script: {engine.title} runs case {case.name!r} without a script")
-    return text

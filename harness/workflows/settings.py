@@ -1,21 +1,39 @@
-"""Settings as text: ``height=3``, ``contact.tail=clipped``, ``preset=kharaz``; what they allow."""
+"""Requests as text: engines, quantities, parameters of one run, and the points of a sweep.
+
+Settings are ``height=3``, ``contact.tail=clipped`` or ``preset=kharaz``. The values of a sweep are
+lists such as ``1,2,5`` and ranges such as ``9:11:5`` and ``1e5:1e7:log5``.
+"""
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Iterable, Iterator, Mapping
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, get_args
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any, get_args
+
+import numpy as np
+from pydantic import BeforeValidator, Field
 
 from harness.cases.base import Case
 from harness.cases.registry import ALL
 from harness.engines.registry import engine_class, engine_names
 from harness.errors import CombinationError, RequestError
-from harness.model.allowed import allowed_in
-from harness.model.base import Parameters, unit
+from harness.model.base import Parameters
 
 PRESET = "preset"
 NONE = "none"  # text of an optional value that is not given
+MOST_VALUES = 100_000  # of one parameter, and runs of one sweep: each is a row in memory
+DIGITS = 15  # of the numbers of a range: 0.3, not 0.30000000000000004
+GRAMMAR = "values as 1,2,5, or ranges as 9:11:5 (evenly spaced) and 1e5:1e7:log5 (in the logarithm)"
+
+
+# ---- names
 
 
 def words_in(texts: str | Iterable[str]) -> list[str]:
@@ -51,40 +69,54 @@ def quantity_names(case: Case[Any], text: str | Iterable[str]) -> list[str]:
     return names
 
 
-def parameters_of(case: Case[Any], settings: Mapping[str, str]) -> Parameters:
-    """Return the parameters of a case with settings on top of its default or a preset.
+# ---- the parameters of one run
 
-    Raise RequestError, naming setting, value and what is allowed, for a wrong name or value;
-    CombinationError for values that are not allowed together.
+
+@dataclass(frozen=True)
+class Point:
+    """The parameters of a run, and the options of a search; in a sweep with the swept values.
+
+    ``columns`` are the cells of its row. A point of values that are not allowed together has no
+    parameters, but a ``refusal``.
     """
-    base: Parameters = case.default
-    if (preset := settings.get(PRESET)) is not None:
-        if preset not in case.presets:
-            names = ", ".join(case.presets)
-            raise RequestError(f"--set preset={preset}: case {case.name!r} has the presets {names}")
-        base = case.presets[preset]
-    return changed(base, {name: text for name, text in settings.items() if name != PRESET})
+
+    parameters: Any
+    options: Mapping[str, Any] = field(default_factory=dict)
+    columns: Mapping[str, Any] = field(default_factory=dict)
+    swept: Mapping[str, str] = field(default_factory=dict)
+    refusal: str = ""
 
 
-def split_settings(
-    case: Case[Any], settings: Mapping[str, str], quantities: Iterable[str]
-) -> tuple[dict[str, str], dict[str, Any]]:
-    """Return the settings of parameters, and the options of the search for quantities.
+def point_of(case: Case[Any], texts: Mapping[str, str], names: Sequence[str] = ()) -> Point:
+    """Return the point of settings, on top of the default or a preset, to measure quantities at.
 
-    Raise RequestError for an option without a search, and for a parameter that a search varies.
+    Raise RequestError, naming setting, value and what is allowed, for a wrong name or value, for an
+    option without a search, and for a parameter that a search varies; CombinationError for values
+    that are not allowed together.
     """
-    searched = [q for name in quantities if (q := case.quantity(name)).varies]
+    searched = [quantity for name in names if (quantity := case.quantity(name)).varies]
     fields = case.search_options.model_fields
-    options = {name: text for name, text in settings.items() if name in fields}
+    options = {name: text for name, text in texts.items() if name in fields}
     for quantity in searched:
         for name in quantity.varies:
-            if name in settings:
-                raise RequestError(f"--set {name}={settings[name]}: {quantity.name} varies it")
+            if name in texts:
+                raise RequestError(f"--set {name}={texts[name]}: {quantity.name} varies it")
     if options and not searched:
-        names = ", ".join(q.name for q in case.quantities if q.varies)
-        raise RequestError(f"--set {next(iter(options))}: goes with --quantity {names} only")
-    chosen = changed(case.search_options(), options)
-    return {name: text for name, text in settings.items() if name not in options}, dict(chosen)
+        names = [quantity.name for quantity in case.quantities if quantity.varies]
+        goes = f"goes with --quantity {', '.join(names)} only"
+        raise RequestError(f"--set {next(iter(options))}: {goes}")
+    preset = texts.get(PRESET)
+    if preset is not None and preset not in case.presets:
+        known = ", ".join(case.presets)
+        raise RequestError(f"--set preset={preset}: case {case.name!r} has the presets {known}")
+    base = case.default if preset is None else case.presets[preset]
+    others = {name: text for name, text in texts.items() if name not in (PRESET, *options)}
+    parameters, chosen = changed(base, others), dict(changed(case.search_options(), options))
+    columns = {**({} if preset is None else {PRESET: preset}), **flat_values(parameters), **chosen}
+    for quantity in searched:
+        for name in quantity.varies:
+            columns.pop(name, None)
+    return Point(parameters, chosen, columns)
 
 
 def changed(parameters: Parameters, texts: Mapping[str, str], path: str = "") -> Parameters:
@@ -114,61 +146,6 @@ def changed(parameters: Parameters, texts: Mapping[str, str], path: str = "") ->
         raise RequestError(f"--set {path}{error}") from None
 
 
-def parameter_records(values: Parameters, path: str = "") -> dict[str, dict[str, Any]]:
-    """Return default, unit, description and what is allowed of all parameters, by name.
-
-    The name of a nested parameter has a dot; the values are the defaults.
-    """
-    return dict(_records(values, path))
-
-
-def flat_values(values: Parameters) -> dict[str, Any]:
-    """Return the values of all parameters by name; lists and tables as JSON text."""
-    return {name: _cell(record["default"]) for name, record in parameter_records(values).items()}
-
-
-def as_text(values: Any) -> str:
-    """Return values of a TOML file or of Python as the text of the command line."""
-    many = values if isinstance(values, Iterable) and not isinstance(values, str) else [values]
-    return ",".join(NONE if value is None else str(value) for value in many)
-
-
-def flat(tree: Mapping[str, Any], path: str = "") -> dict[str, str]:
-    """Return the values of nested tables as text, with dots in their names."""
-    values: dict[str, str] = {}
-    for name, value in tree.items():
-        if isinstance(value, Mapping):
-            values |= flat(value, f"{path}{name}.")
-        else:
-            values[path + name] = as_text(value)
-    return values
-
-
-def _records(values: Parameters, path: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    kind = type(values)
-    allowed = allowed_in(kind)
-    for name, field in kind.model_fields.items():
-        value, limits = getattr(values, name), allowed.get(name)
-        if isinstance(value, Parameters):
-            yield from _records(value, f"{path}{name}.")
-            continue
-        yield (
-            path + name,
-            {
-                "default": value,
-                "unit": unit(kind, name),
-                "description": (field.description or "").partition("]")[2].strip(),
-                "allowed": (", ".join(limits.words) or limits.range) if limits else "",
-            },
-        )
-
-
-def _cell(value: Any) -> Any:
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    return json.dumps(value, default=lambda part: part.model_dump(mode="json"))
-
-
 def _value(kind: type[Parameters], name: str, text: str) -> Any:
     field = kind.model_fields.get(name)
     types = () if field is None else (field.annotation, *get_args(field.annotation))
@@ -181,3 +158,161 @@ def _value(kind: type[Parameters], name: str, text: str) -> Any:
         with suppress(ValueError):
             return json.loads(text.replace("(", "[").replace(")", "]"))
     return text
+
+
+def flat_values(values: Parameters, path: str = "") -> dict[str, Any]:
+    """Return all values by name, of nested parameters with a dot; lists and tables as JSON."""
+    cells: dict[str, Any] = {}
+    for name, value in values:
+        if isinstance(value, Parameters):
+            cells |= flat_values(value, f"{path}{name}.")
+        elif value is None or isinstance(value, bool | int | float | str):
+            cells[path + name] = value
+        else:
+            cells[path + name] = json.dumps(
+                value, default=lambda part: part.model_dump(mode="json")
+            )
+    return cells
+
+
+def as_text(values: Any) -> str:
+    """Return values of a TOML file or of Python as the text of the command line."""
+    many = values if isinstance(values, Iterable) and not isinstance(values, str) else [values]
+    return ",".join(NONE if value is None else str(value) for value in many)
+
+
+def flat(tree: Any, path: str = "") -> dict[str, str]:
+    """Return the values of nested tables as text, with dots in their names."""
+    if not isinstance(tree, Mapping):
+        raise ValueError("must be a table")
+    values: dict[str, str] = {}
+    for name, value in tree.items():
+        inner = isinstance(value, Mapping)
+        values |= flat(value, f"{path}{name}.") if inner else {path + name: as_text(value)}
+    return values
+
+
+# ---- the points of a sweep
+
+
+def _grids(value: Any) -> tuple[dict[str, str], ...]:
+    return tuple(map(flat, value if isinstance(value, list | tuple) else [value]))
+
+
+class SweepRequest(Parameters):
+    """A sweep as text, with the names of its file."""
+
+    # fmt: off
+    case: str = Field(description="[-] name of a case")
+    over: Annotated[tuple[dict[str, str], ...], BeforeValidator(_grids)] = Field(
+        (), description="[-] values by parameter, all combinations; of several tables in turn")
+    set: Annotated[dict[str, str], BeforeValidator(flat)] = Field(
+        {}, description="[-] parameters that are the same in every run")
+    engines: Annotated[str, BeforeValidator(as_text)] = Field(
+        "", description="[-] engines and solvers of the case")
+    quantity: Annotated[str, BeforeValidator(as_text)] = Field(
+        "", description="[-] measured quantities")
+    # fmt: on
+
+    @property
+    def swept(self) -> tuple[str, ...]:
+        """Return the names of the swept parameters."""
+        return tuple(dict.fromkeys(name for grid in self.over for name in grid))
+
+
+def request_in(file: Path) -> SweepRequest:
+    """Return the sweep of a TOML file; raise RequestError, naming it, for one that is not sound."""
+    try:
+        record = tomllib.loads(file.read_text(encoding="utf-8"))
+        return SweepRequest(**record)
+    except OSError as error:
+        raise RequestError(f"{file}: {error.strerror or error}") from None
+    except RequestError as error:
+        raise RequestError(f"{file}: {error}") from None
+    except (ValueError, RecursionError) as error:  # of tomllib, of decoding, of digits or nesting
+        raise RequestError(f"{file}: is not TOML ({str(error)[:200]})") from None
+
+
+def points_of(case: Case[Any], request: SweepRequest, names: Sequence[str]) -> list[Point]:
+    """Return the points at which a sweep measures quantities, each once.
+
+    Values that are not allowed together are a refused point. Raise RequestError for a name or a
+    value that is not allowed by itself, and where every point is refused.
+    """
+    if not request.over or not all(request.over):
+        raise RequestError("--over: must be given, a parameter with its values: NAME=VALUES")
+    for name, value in request.set.items():
+        if name in request.swept:
+            raise RequestError(f"--over {name}: is set by --set {name}={value} already")
+    grids = [{name: values_of(name, text) for name, text in grid.items()} for grid in request.over]
+    if (count := sum(math.prod(map(len, grid.values())) for grid in grids)) > MOST_VALUES:
+        raise RequestError(f"--over: {count} points are requested: must be at most {MOST_VALUES}")
+    points: dict[str, Point] = {}
+    for swept in _combinations(grids):
+        point = _swept_point(case, request.set, swept, names)
+        points.setdefault(str(swept if point.refusal else point.columns), point)
+    if all(point.refusal for point in points.values()):
+        first = next(iter(points.values()))
+        raise RequestError(f"--over {_text(first.swept)}: {first.refusal}")
+    return list(points.values())
+
+
+def values_of(name: str, text: str) -> list[str]:
+    """Return the values of a text, each once and in order. Raise RequestError for bad grammar."""
+    values: dict[str, None] = {}
+    for item in text.split(","):
+        values |= dict.fromkeys(_range(name, item) if ":" in item else [item.strip()])
+    if "" in values:
+        raise RequestError(f"--over {name}={text}: a value is empty; must be {GRAMMAR}")
+    return list(values)
+
+
+def _range(name: str, item: str) -> list[str]:
+    option = f"--over {name}={item}"
+    *ends, last = (part.strip() for part in item.split(":"))
+    count = re.fullmatch(r"(log)?(\d{1,9})", last, re.ASCII)
+    try:
+        first, end = map(float, ends)
+    except ValueError:
+        first = end = math.nan
+    if count is None or not (math.isfinite(first) and math.isfinite(end)):
+        raise RequestError(f"{option}: must be {GRAMMAR}")
+    if not 2 <= int(count[2]) <= MOST_VALUES:
+        raise RequestError(f"{option}: a range has from 2 to {MOST_VALUES} values")
+    if count[1] and not (first > 0.0 and end > 0.0):
+        raise RequestError(f"{option}: the ends of a range in the logarithm must be greater than 0")
+    numbers = (np.geomspace if count[1] else np.linspace)(first, end, int(count[2]))
+    return [f"{number:.{DIGITS}g}" for number in numbers]
+
+
+def _combinations(grids: Iterable[Mapping[str, Sequence[str]]]) -> Iterator[dict[str, str]]:
+    for grid in grids:
+        for values in itertools.product(*grid.values()):
+            yield dict(zip(grid, values, strict=True))
+
+
+def _swept_point(
+    case: Case[Any], fixed: Mapping[str, str], swept: Mapping[str, str], names: Sequence[str]
+) -> Point:
+    texts = {**fixed, **swept}
+    try:
+        return replace(point_of(case, texts, names), swept=swept)
+    except CombinationError as error:
+        columns = dict.fromkeys(flat_values(case.default)) | {n: _cell(t) for n, t in texts.items()}
+        return Point(None, {}, columns, swept, refusal=str(error).removeprefix("--set "))
+    except RequestError as error:
+        text = str(error).removeprefix("--set ")
+        if any(text.startswith(f"{name} =") for name in fixed):  # not of what is swept
+            raise
+        raise RequestError(f"--over {_text(swept)}: {text}") from None
+
+
+def _cell(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _text(swept: Mapping[str, str]) -> str:
+    return ", ".join(f"{name}={value}" for name, value in swept.items())

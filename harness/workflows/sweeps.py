@@ -1,4 +1,4 @@
-"""Sweep a case over its parameters and over engines: one tidy row a run.
+"""Sweep a case over its parameters and over engines: one tidy row a run, and a figure.
 
 The cache is the memory: a run that is done is not made again, and a sweep that was killed goes on.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -15,26 +15,31 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import pandas as pd
+
 from harness import __version__
 from harness.cases.base import Case, Value
 from harness.cases.bench import Bench
 from harness.cases.registry import ALL, get_case
 from harness.engines.base import Engine, Job
 from harness.engines.process import cores, parallel_each
-from harness.engines.registry import engine_class
+from harness.engines.registry import engine_class, engine_title
 from harness.errors import (
     EngineError,
     EngineMissingError,
-    EngineOutputError,
     EngineUndecidedError,
     HarnessError,
     RequestError,
 )
 from harness.files import Writer, check_writable, text_writer, write_files
+from harness.model.base import unit
+from harness.model.scene import Floats
 from harness.report.content import Plottable
+from harness.report.figures import Figure, axis, house_style, label
 from harness.store.cache import opened
+from harness.workflows import Progress, silent
 from harness.workflows.executors import completed, opened_on
-from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import (
     OpenEngine,
     is_search,
@@ -43,14 +48,20 @@ from harness.workflows.runs import (
     takes_job,
     usual_runner,
 )
-from harness.workflows.settings import PRESET, as_text, quantity_names, selected_engines, words_in
-from harness.workflows.sweep_plan import Point, SweepRequest, points_of, request_in
+from harness.workflows.settings import (
+    PRESET,
+    Point,
+    SweepRequest,
+    as_text,
+    points_of,
+    quantity_names,
+    request_in,
+    selected_engines,
+    words_in,
+)
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-    from harness.report.figures import Figure
-    from harness.workflows.sweep_figure import Points
+    from matplotlib.axes import Axes
 
 CHUNK = 512  # runs whose jobs are in memory at a time
 SEARCHES = 64  # that wait for the runs of an executor at a time
@@ -58,8 +69,10 @@ REQUEST, ROWS = "sweep.json", "rows.csv"
 DONE, FAILED, NOT_TESTED = "done", "failed", "not tested"
 UNDECIDED, REFUSED, PENDING = "undecided", "refused", "pending"
 STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED)  # of runs that are over
-FIGURES = (".svg", ".png")
 FIXED_COLUMNS = ("engine", "engine_version", PRESET, "status", "reason", "wall_time_s")
+LOGARITHMIC = 20.0  # ratio of largest to smallest value from which an axis is logarithmic
+MARKERS = "osD^v<>p*h"
+UNDATED = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 Row = dict[str, Any]
 Outcome = Mapping[str, Value | float] | HarnessError
 
@@ -117,7 +130,7 @@ class Sweep(Plottable):
 
     def seconds(self) -> float:
         """Return the expected time of all runs on one core [s], cached ones among them."""
-        runs, total = [p.parameters for p in self.points if p.parameters is not None], 0.0
+        runs, total = [point.parameters for point in self.points if not point.refusal], 0.0
         for name in self.engines:
             traits = None if is_solver(self.case, name) else engine_class(name).traits
             total += sum(run_seconds(self.case, run, traits, self.quantities) for run in runs)
@@ -135,8 +148,6 @@ class Sweep(Plottable):
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a table; what a run does not have is NaN."""
-        import pandas as pd
-
         rows = [{k: math.nan if v is None else v for k, v in row.items()} for row in self.rows]
         return pd.DataFrame(rows)
 
@@ -156,10 +167,47 @@ class Sweep(Plottable):
         return figure
 
     def figure(self, points: Points | None = None) -> Figure | None:
-        """Return the figure, with the user's points; None where nothing was measured."""
-        from harness.workflows.sweep_figure import sweep_figure
+        """Draw the first quantity, and the user's points; None where nothing was measured."""
+        over, (name, column) = self.request.swept, next(iter(self.columns.items()))
+        frame, across = self.to_frame(), over[0]
+        done = frame[frame["status"] == DONE]
+        if across not in done or done[column].isna().all():
+            return None
+        figure = Figure(layout="constrained")
+        axes = figure.add_subplot()
+        second = [parameter for parameter in over[1:2] if parameter in done]
+        for place, (key, rows) in enumerate(done.groupby(["engine", *second], sort=False)):
+            rows = rows.drop_duplicates(across).sort_values(across)
+            engine, *values = key
+            others = [f"{n} = {v}" for n, v in zip(second, values, strict=True)]
+            axes.errorbar(rows[across], rows[column], yerr=rows.get(f"uncertainty_{name}"),
+                          ls=":", ms=5, capsize=2, marker=MARKERS[place % len(MARKERS)],
+                          label=", ".join([engine_title(str(engine)), *others]))  # fmt: skip
+        self._draw_closed_form(axes, name, across)
+        if points is not None:
+            axes.errorbar(points.x, points.y, yerr=points.uncertainty, fmt="kx", label=points.name)
+        numbers = pd.to_numeric(done[across], errors="coerce")
+        if (numbers > 0).all() and numbers.max() >= LOGARITHMIC * numbers.min():
+            axes.set_xscale("log")
+        units = unit(type(self.case.default), across), self.case.quantity(name).unit
+        label(axes, axis(across, units[0]), axis(name, units[1]), self.case.name)
+        axes.legend()
+        return figure
 
-        return sweep_figure(self, points)
+    def _draw_closed_form(self, axes: Axes, name: str, across: str) -> None:
+        curves: dict[tuple[str, ...], dict[float, float]] = {}
+        for point in self.points:
+            try:
+                value = self.case.exact(point.parameters).get(name, math.nan)
+                x = float(point.swept[across])
+            except (HarnessError, AttributeError, KeyError, ValueError):  # refused, or a word
+                continue
+            others = tuple(text for key, text in point.swept.items() if key != across)
+            if math.isfinite(value):
+                curves.setdefault(others, {})[x] = value
+        for place, curve in enumerate(curves.values()):
+            line = zip(*sorted(curve.items()), strict=True)
+            axes.plot(*line, "k-", lw=1, zorder=0, label=None if place else "closed form")
 
 
 def sweep(  # noqa: PLR0913 - the options of a user
@@ -253,8 +301,7 @@ def run_sweep(
     """
     count = sum(not point.refusal for point in planned.points)
     if output is not None:
-        check_sweep_folder(output, planned.request)
-        write_files({("--output", output / REQUEST): text_writer(_text(planned.request))})
+        _take_folder(output, planned.request)
     for engine in planned.engines:
         progress(engine, 0, count)
         try:
@@ -267,7 +314,13 @@ def run_sweep(
                 raise
             planned.missing[engine] = str(error)
     if output is not None:
-        _write(planned, output, points)
+        files: dict[tuple[str, Path], Writer] = {
+            ("--output", output / ROWS): partial(planned.to_frame().to_csv, index=False)
+        }
+        if (figure := planned.figure(points)) is not None:
+            for name in ("figure.svg", "figure.png"):
+                files["--output", output / name] = figure_writer(lambda: figure)
+        write_files(files)
     return planned
 
 
@@ -306,33 +359,31 @@ def _runs(
 
 def solved(case: str, parameters: Any, solver: str) -> Outcome:
     """Return what a solver of a case returns, or its error."""
-    return _tried(get_case(case).solve, parameters, solver)
+    outcome: Outcome = _tried(get_case(case).solve, parameters, solver)
+    return outcome
 
 
 def _searched(planned: Sweep, engine: Engine, point: Point) -> Outcome:
-    job, case = _job(planned.case, point, engine), planned.case
+    job = _job(planned.case, point, engine)
     if not isinstance(job, Job):
         return job
-    return _tried(case.search, [*planned.columns], point.parameters, Bench(engine), **point.options)
+    search, names = planned.case.search, [*planned.columns]
+    outcome: Outcome = _tried(search, names, point.parameters, Bench(engine), **point.options)
+    return outcome
 
 
 def _job(case: Case[Any], point: Point, engine: Engine) -> Job | HarnessError:
-    try:
-        job = case.job(point.parameters)
-        reason = engine.refuses(job)
-    except HarnessError as error:
-        return error
+    job = _tried(case.job, point.parameters)
+    reason = engine.refuses(job) if isinstance(job, Job) else ""
     return RequestError(reason) if reason else job
 
 
-def _tried(measure: Callable[..., Mapping[str, Any]], *arguments: Any, **options: Any) -> Outcome:
-    """Return what a measurement returns, or its error: one run must not cost the others."""
+def _tried(call: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+    """Return the result of a call or its error: one run must not cost the others."""
     try:
-        return dict(measure(*arguments, **options))
+        return call(*arguments, **options)
     except HarnessError as error:
         return error
-    except Exception as error:  # a case of another package may raise anything
-        return EngineOutputError(f"{type(error).__name__}: {error}")
 
 
 def _cells(outcome: Outcome, columns: Mapping[str, str]) -> Row:
@@ -358,38 +409,65 @@ def _cells(outcome: Outcome, columns: Mapping[str, str]) -> Row:
     return cells
 
 
-# ---- the folder
+# ---- files
 
 
-def check_sweep_folder(folder: Path, request: SweepRequest) -> None:
-    """Raise RequestError for a folder with another sweep or other files, or not writable."""
+def _take_folder(folder: Path, request: SweepRequest) -> None:
+    """Write the request; RequestError for a folder with another sweep or other files."""
+    file, text = folder / REQUEST, json.dumps(request.model_dump(), indent=2) + "\n"
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"--output {folder}: is a file; name a folder")
     check_writable(folder)
-    file = folder / REQUEST
-    if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != _text(request):
+    if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != text:
         raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
-    others = [path for path in folder.glob("*") if not path.name.startswith(".")]
-    if others and not file.is_file():
+    if not file.is_file() and any(path.name[0] != "." for path in folder.glob("*")):
         raise RequestError(f"--output {folder}: holds files of no sweep; name another")
+    write_files({("--output", file): text_writer(text)})
 
 
-def _text(request: SweepRequest) -> str:
-    return json.dumps(request.model_dump(), indent=2) + "\n"
+@dataclass(frozen=True)
+class Points:
+    """Measured points of a user, with the name of their file."""
+
+    name: str
+    x: Floats
+    y: Floats
+    uncertainty: Floats | None = None
 
 
-def _write(planned: Sweep, folder: Path, points: Points | None) -> None:
-    """Write table and figure; remove the figure of an earlier time where nothing is measured."""
-    from harness.workflows.sweep_figure import figure_writer
+def read_points(path: Path, x: str, y: str, uncertainties: Sequence[str] = ()) -> Points:
+    """Return the points of columns ``x`` and ``y``; their errors from the first such column.
 
-    check_sweep_folder(folder, planned.request)
-    figure = planned.figure(points)
-    files: dict[tuple[str, Path], Writer] = {
-        ("--output", folder / ROWS): partial(planned.to_frame().to_csv, index=False),
-    }
-    figures = [folder / f"figure{suffix}" for suffix in FIGURES]
-    for path in figures if figure is not None else ():
-        files["--output", path] = figure_writer(lambda: figure)
-    write_files(files)
-    for path in figures if figure is None else ():
-        path.unlink(missing_ok=True)
+    Raise RequestError in a line for a bad file.
+    """
+    option = f"--reference {path}"
+    try:
+        frame = pd.read_csv(path, comment="#", skipinitialspace=True, encoding="utf-8-sig")
+    except OSError as error:
+        raise RequestError(f"{option}: {error.strerror or error}") from None
+    except ValueError as error:  # also of pandas, and of text that is not UTF-8
+        raise RequestError(f"{option}: is no CSV table ({' '.join(str(error).split())})") from None
+    names = [x, y, *[name for name in uncertainties if name in frame][:1]]
+    for name in names:
+        if name not in frame:
+            columns = ", ".join(map(str, frame.columns))
+            raise RequestError(f"{option}: has no column {name!r}, but {columns}")
+    numbers = frame[names].apply(pd.to_numeric, errors="coerce")
+    for row, column in np.argwhere(~np.isfinite(numbers.to_numpy(float))):
+        value = frame[names[column]].iloc[row]
+        text = f"{names[column]} = {value!r}: must be a number"
+        raise RequestError(f"{option}, row {row + 2}: {text}")
+    if frame.empty or (numbers.iloc[:, 2:] < 0.0).any(axis=None):
+        raise RequestError(f"{option}: must have rows, whose errors are not negative")
+    return Points(path.name, *(numbers[name].to_numpy(float) for name in names))
+
+
+def figure_writer(draw: Callable[[], Any]) -> Writer:
+    """Return a function that writes a figure, by its suffix; the same figure is the same file."""
+
+    def write(path: Path) -> None:
+        kind = path.suffix.lower().removeprefix(".")
+        with house_style():
+            draw().savefig(path, format=kind, metadata=UNDATED[kind])
+
+    return write

@@ -15,7 +15,6 @@ from concurrent.futures import Executor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import partial
 from itertools import chain
@@ -52,11 +51,11 @@ from harness.results.rows import (
     table,
 )
 from harness.store.cache import opened
-from harness.store.committed import accepted_folder, accepted_rows
+from harness.store.committed import accepted_rows
 from harness.store.committed import known_defects as load_defects
 from harness.store.runs import Meta, Run, write_run
+from harness.workflows import Progress, silent
 from harness.workflows.executors import opened_on
-from harness.workflows.progress import Progress, silent
 from harness.workflows.runs import OpenEngine
 from harness.workflows.settings import selected_engines, words_in
 
@@ -129,7 +128,7 @@ def verify(  # noqa: PLR0913 - the options of a user
             harness_version=__version__,
         )
         run = Run(table(session.all_rows()), meta, scripts=session.scripts(), logs=session.logs())
-        run = run.against(accepted_rows(accepted_folder(), versions))
+        run = run.against(accepted_rows(versions))
         if output is not None:
             from harness.report.page import report_files
 
@@ -154,7 +153,6 @@ class Session:
     checks: dict[Key, list[Check]] = field(default_factory=dict)
     comparisons: dict[Key, list[Check]] = field(default_factory=dict)
     rows: dict[Key, list[Row]] = field(default_factory=dict)
-    paths: set[str] = field(default_factory=set)
 
     @property
     def engines(self) -> list[Engine]:
@@ -194,7 +192,9 @@ class Session:
         self._plan_comparisons()
         planned = [*self.checks.values(), *self.comparisons.values()]
         if self.engines and self.only != "*" and not any(planned):
-            raise self._nothing_matches()
+            raise RequestError(
+                f"--only {self.only!r}: matches no case/setup/quantity of this level"
+            )
 
     def seconds(self) -> float:
         """Return the expected time of all jobs on one core [s]."""
@@ -223,19 +223,11 @@ class Session:
         self._run("comparisons", self.comparisons)
 
     def all_rows(self) -> list[Row]:
-        """Return the rows by case and engine; a second row of one key is a harness error."""
+        """Return the rows by case and engine."""
         cases = ["", *(case.name for case in self.cases), *QUALIFYING]
         engines = [*self.benches, *self.versions]  # those that are missing last
-        counts: Counter[tuple[str, ...]] = Counter()
-        rows = []
-        for key in sorted(self.rows, key=lambda k: (cases.index(k[1]), engines.index(k[0]))):
-            for row in self.rows[key]:
-                counts[row.key] += 1
-                if (number := counts[row.key]) > 1:
-                    row = replace(row, check=f"{row.check} ({number})".strip())
-                    row = failed(row, Failure.HARNESS, f"{number} checks of one key")
-                rows.append(row)
-        return rows
+        keys = sorted(self.rows, key=lambda key: (cases.index(key[1]), engines.index(key[0])))
+        return [row for key in keys for row in self.rows[key]]
 
     def sections(self) -> list[Section]:
         """Return the sections of the report; none for a pattern, which runs a part of a case."""
@@ -273,7 +265,7 @@ class Session:
         except (CaseError, EngineError) as error:
             self._add(failed(blank, Failure.HARNESS, str(error)))
         else:
-            self.checks[engine, case.name] = self._selected(case, checks)
+            self.checks[engine, case.name] = selected(case.name, checks, self.level, self.only)
             if not checks and engine != OWN and self.only == "*":
                 self._add(not_tested(blank, NO_CHECKS))
 
@@ -283,7 +275,7 @@ class Session:
             try:
                 for engine, check in returned(case, "comparisons", self.engines):
                     checks = self.comparisons.setdefault((engine.name, case.name), [])
-                    checks += self._selected(case, [check])
+                    checks += selected(case.name, [check], self.level, self.only)
             except (CaseError, EngineError, Unsupported) as error:
                 self._add(failed(self._blank(OWN, case.name), Failure.HARNESS, str(error)))
 
@@ -325,10 +317,6 @@ class Session:
         except Exception as error:  # a case of another package may raise anything
             return [failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")]
 
-    def _selected(self, case: Case[Any], checks: Sequence[Check]) -> list[Check]:
-        self.paths |= {f"{case.name}/{check.setup}/{check.quantity}" for check in checks}
-        return selected(case.name, checks, self.level, self.only)
-
     def _blank(self, engine: str, case: str) -> Row:
         version = self.versions.get(engine, "")
         return Row(case=case, setup="", quantity="", engine=engine, version=version)
@@ -342,15 +330,6 @@ class Session:
         for case in self.cases:
             if (engine, case.name) not in self.rows:
                 self._add(not_tested(self._blank(engine, case.name), reason))
-
-    def _nothing_matches(self) -> RequestError:
-        plain = self.only.strip("*?").casefold()
-        parts = {part.casefold(): part for path in self.paths for part in (path, *path.split("/"))}
-        similar = [name for name in parts if plain and plain in name]
-        similar = similar or get_close_matches(plain, parts, n=5, cutoff=0.4)
-        near = ", ".join(repr(parts[name]) for name in sorted(similar, key=len)[:5])
-        text = f"--only {self.only!r}: matches no case/setup/quantity of this level"
-        return RequestError(text + (f"; near it: {near}" if near else ""))
 
 
 def returned(case: Case[Any], call: str, *arguments: Any) -> list[Any]:
@@ -380,6 +359,9 @@ def qualification(engine: Engine) -> str:
     """Return the failed checks of an engine's qualification, empty where it qualifies."""
     bench, wrong = Bench(engine), []
     for name in QUALIFYING:
-        rows = run_checks(name, qualifying(get_case(name), engine), bench)
+        try:
+            rows = run_checks(name, qualifying(get_case(name), engine), bench)
+        except EngineError as error:
+            return str(error)
         wrong += [f"{row.name}: {row.note}" for row in rows if row.verdict is Verdict.FAIL]
     return "; ".join(wrong)

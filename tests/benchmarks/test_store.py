@@ -7,12 +7,13 @@ import json
 import resource
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 pytestmark = pytest.mark.benchmark
 
-HARNESS = ("-m", "harness")
+HARNESS = (Path(sys.executable).with_name("dem-harness"),)
 
 
 def _timed(folder, *arguments):

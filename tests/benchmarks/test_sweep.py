@@ -10,8 +10,7 @@ import time
 import pytest
 
 from harness.engines.registry import open_engine
-from harness.store.cache import CachedEngine
-from harness.store.entries import Entries
+from harness.store.cache import CachedEngine, Entries
 from harness.workflows import sweep
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.live]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.cli.engines import ProgramOptions
+from harness.cli.options import ProgramOptions
 from harness.errors import RequestError
 
 BAD = {
@@ -17,7 +17,7 @@ BAD = {
     "critical-angle": [
         ("--tolerance 5", "--tolerance", "Must be <= 1.0"),
         ("--wells 3", "--wells 3", "--method steady only"),
-        ("--extrapolate --method steady", "--extrapolate", "--method passage only"),
+        ("--extrapolate --method steady", "--extrapolate", "--method steady"),
         ("--extrapolate --steps-per-contact 9", "--extrapolate", "--steps-per-contact"),
     ],
     "tower": [
@@ -34,7 +34,7 @@ BAD = {
         ("--figure f.xyz", "--figure f.xyz", ".svg, .png, .pdf"),
         ("--reference no.csv", "--reference no.csv", "goes with --figure"),
         ("--reference no.csv --figure f.svg", "--reference no.csv", "No such file"),
-        ("--figure f.svg --csv f.svg", "--figure and --csv f.svg", "two files"),
+        ("--figure f.svg --csv f.svg", "--figure f.svg", "another option"),
     ],
     "cases": [("nix", "case 'nix'", "incline"), ("tower more", "'more'", "takes")],
     "engines": [("--program nix=/x", "--program nix", "must be one of lammps")],
@@ -98,7 +98,7 @@ OF_DOUBLES = {
         ("--cases ,", "--cases ','", "names no case"),
         ("--engines nix", "--engines 'nix'", "all, or one or more of lammps"),
         ("--engines ,", "--engines ','", "names no engine"),
-        ("--only bounc/*", "--only 'bounc/*'", "near it: ", "'bounce'"),
+        ("--only bounc/*", "--only 'bounc/*'", "matches no case/setup/quantity"),
         ("--known-defects no.toml", "--known-defects no.toml", "no such file"),
         ("--engines off --known-defects bad.toml", "bad.toml", "[defect.NAME]"),
         ("--program good", "--program 'good'", "NAME=VALUE"),

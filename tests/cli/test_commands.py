@@ -10,7 +10,7 @@ import time
 import pandas as pd
 import pytest
 
-from harness.cli.app import COMMANDS
+from harness.cli import COMMANDS
 from tests.workflows import doubles
 from tests.workflows.doubles import start
 

@@ -10,8 +10,7 @@ import pytest
 from harness.errors import RequestError
 from harness.report.site import LIST, site
 from harness.results.rows import Kind, Row, Verdict, table
-from harness.store.runs import Meta, Run, write_run
-from harness.store.tables import rows_text
+from harness.store.runs import Meta, Run, rows_text, write_run
 
 ROW = Row(case="drop", setup="wall", quantity="speed", engine="lammps", value=1.0, expected=1.0,
           tolerance=1e-9, kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip

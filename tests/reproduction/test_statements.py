@@ -33,7 +33,7 @@ from harness.reproduction.run import (
     subjects,
     write_reproduction,
 )
-from harness.store.tables import read_rows
+from harness.store.runs import read_rows
 from harness.workflows import diff
 
 COMMITTED = Path(__file__).parents[2] / "reports" / "reproduction"

@@ -11,8 +11,7 @@ from harness.engines.base import Job, Template, scene_job
 from harness.engines.output import SERIES, Output, Provenance
 from harness.errors import EngineCrashError, RequestError
 from harness.store import cache
-from harness.store.cache import CachedEngine, pack_output, run_key, unpack_output
-from harness.store.entries import Entries
+from harness.store.cache import CachedEngine, Entries, pack_output, run_key, unpack_output
 from tests.workflows import doubles
 
 JOBS = [scene_job(doubles.scene_of(doubles.Bounce(steps=steps))) for steps in (20, 30, 40)]
@@ -20,7 +19,7 @@ JOBS = [scene_job(doubles.scene_of(doubles.Bounce(steps=steps))) for steps in (2
 
 @pytest.fixture
 def entries(tmp_path):
-    return Entries(tmp_path, notify=lambda _: None)
+    return Entries(tmp_path)
 
 
 @pytest.fixture

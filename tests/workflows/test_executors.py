@@ -20,7 +20,7 @@ import harness.errors
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError, RequestError
 from harness.files import cache_place
-from harness.store.entries import contents
+from harness.store.cache import contents
 from harness.workflows import executors, run, sweep, verify
 from harness.workflows.executors import dask_executor
 from tests.workflows.doubles import PROJECT, start

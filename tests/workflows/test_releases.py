@@ -7,7 +7,7 @@ import pytest
 
 from harness.engines import registry as engines
 from harness.errors import EngineMissingError, RequestError
-from harness.store.tables import NUMBERS
+from harness.store.runs import NUMBERS
 from harness.workflows import releases
 from tests.workflows import doubles
 from tests.workflows.doubles import K

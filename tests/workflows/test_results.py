@@ -9,7 +9,7 @@ from harness.errors import RequestError
 from harness.results.compare import Change
 from harness.store.runs import Meta, Run, write_run
 from harness.workflows import accept, defects, diff
-from harness.workflows.results import values_of
+from harness.workflows.comparisons import values_of
 from tests.results.rows import row, rows
 
 META = Meta(level="quick", cases=("incline",), engines={"code": "1"}, started="2026-01-01",
@@ -95,5 +95,5 @@ def test_known_defects_by_name():
     assert record["until"] == "22 Jul 2025"
     assert record["effect"] == "faults.tsuji_effective_mass" or "tsuji" in record["effect"]
     assert "expected" in record["script"]
-    with pytest.raises(RequestError, match="did you mean tsuji-restitution"):
+    with pytest.raises(RequestError, match="`dem-harness defect` lists all"):
         defects("tsuji-restitutoin")

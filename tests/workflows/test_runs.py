@@ -8,7 +8,7 @@ from harness.engines.registry import open_engine
 from harness.errors import CombinationError, RequestError, Unsupported
 from harness.workflows import run
 from harness.workflows.runs import refined
-from harness.workflows.settings import parameters_of, split_settings
+from harness.workflows.settings import point_of
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -99,16 +99,16 @@ def test_a_wrong_setting_names_value_unit_and_what_is_allowed(settings, words):
 
 
 def test_a_nested_parameter_is_changed_by_its_part():
-    assert parameters_of(doubles.CASE, {"law.normal_stiffness": "3e3"}).law.normal_stiffness == 3e3
-    assert parameters_of(doubles.CASE, {"law.friction": "none"}).law.friction is None
+    texts = {"law.normal_stiffness": "3e3", "law.friction": "none"}
+    law = point_of(doubles.CASE, texts).parameters.law
+    assert (law.normal_stiffness, law.friction) == (3e3, None)
     with pytest.raises(CombinationError):
-        parameters_of(doubles.CASE, {"law.tangential": "linear_nohistory"})
+        point_of(doubles.CASE, {"law.tangential": "linear_nohistory"})
 
 
 def test_options_of_a_search_go_with_a_search(monkeypatch):
     monkeypatch.setattr(doubles.BounceCase, "search_options", doubles.Search)
-    texts, options = split_settings(doubles.CASE, {"method": "fast", "steps": "20"}, ["softest"])
-    assert texts == {"steps": "20"}
-    assert options["method"] == "fast"
+    point = point_of(doubles.CASE, {"method": "fast", "steps": "20"}, ["softest"])
+    assert (point.parameters.steps, point.options["method"]) == (20, "fast")
     with pytest.raises(RequestError, match="--set method: goes with --quantity softest only"):
-        split_settings(doubles.CASE, {"method": "fast"}, ["time_s"])
+        point_of(doubles.CASE, {"method": "fast"}, ["time_s"])

@@ -1,5 +1,0 @@
-"""``python -m harness`` is ``dem-harness``."""
-
-from harness.cli import main
-
-main()

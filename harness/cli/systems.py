@@ -1,0 +1,389 @@
+"""``dem-harness theory``, ``critical-angle``, ``tower``, ``impulse``: the two systems by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+
+from cyclopts import Parameter, validators
+
+from harness.cli.options import (
+    ENGINE,
+    EngineOptions,
+    File,
+    Force,
+    Json,
+    MaybeWhole,
+    Number,
+    Numbers,
+    Opener,
+    Whole,
+    WholeNumbers,
+    duration_check,
+    opener,
+)
+from harness.cli.output import (
+    check_target,
+    print_frame,
+    print_json,
+    print_record,
+    write_all,
+)
+from harness.errors import RequestError
+
+if TYPE_CHECKING:
+    from harness.cases.incline.system import Incline
+
+TOLERANCES = validators.Number(gte=1e-9, lte=1.0)  # [deg]
+RUNS, LADDER = 30, 270  # of a search for a critical angle, and of an extrapolation, by their time
+SOLVERS = ("rk4", "exact")  # of this package; --help must not wait for numba
+Law = Literal["overlap", "deformable"]
+Window = Literal["turnaround", "structure", "first-contact"]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SystemOptions:
+    """What ``critical-angle``, ``tower`` and ``impulse`` share."""
+
+    gravity: float = 9.81
+    """Gravity [m/s2], of a tower along the motion; 0 is the air hockey table."""
+    force: Force = False
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SpringOptions(SystemOptions):
+    """Spring and step of ``critical-angle`` and ``tower``."""
+
+    stiffness: float = 1e6
+    """Normal stiffness k [N/m]."""
+    steps_per_contact: Number = None
+    """Steps per contact time pi sqrt(m/k). [default: 50 of the incline; of a tower 4000 by rk4,
+    1000 in engines]"""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class GrainOptions:
+    """Grain and row of ``theory`` and ``critical-angle``."""
+
+    restitution: Number = None
+    """Normal restitution e, 0 to 1."""
+    friction: Number = None
+    """Coulomb's friction coefficient of the grain on the row. [default: 0]"""
+    grain_diameter: Number = None
+    """Diameter of the grain [m]. [default: that of the row]"""
+    shape: Literal["sphere", "disc"] | None = None
+    """Moment of inertia of a sphere or, in two dimensions, of a disc. [default: sphere]"""
+    diameter: Number = None
+    """Diameter of the row's spheres [m]. [default: 1]"""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ChainOptions:
+    """Particles of ``tower`` and ``impulse``, and what runs them."""
+
+    mass: float = 1.0
+    """Mass of each particle [kg]."""
+    solver: Annotated[str, Parameter(metavar="NAME", group=ENGINE)] = "rk4"
+    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
+    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
+
+
+# ---- the incline
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TheoryOptions(GrainOptions):
+    """The shock."""
+
+    shock: Number = None
+    """Energy after over energy before the shock, 0 to 1, unless the restitution makes it.
+    [default: 1/4]"""
+    impulse_ratio: Number = None
+    """Impulse ratio alpha = J(n)/J(1), 0 to 2, that makes the shock."""
+    reading: Literal["kept", "lost"] | None = None
+    """How e or alpha makes a shock: `kept`, energy after over before (default for e); `lost`,
+    from the velocity lost, as the source prints it (default for alpha)."""
+
+
+def theory(choice: TheoryOptions = TheoryOptions(), *, json: Json = False) -> int:
+    """Return the critical angle of the incline in closed form.
+
+    tan(theta_c / 2) = tan(15 deg) (1 - sqrt(shock)) / (1 + sqrt(shock)); 10.2078 deg without
+    rebound. With --restitution two readings of the source make the shock of one collision:
+    one_shock_kept_deg, one_shock_lost_deg. event_driven_deg is the angle of rigid spheres by
+    events, every rebound followed, up to a restitution of 0.7.
+
+    With --friction or --grain-diameter, `model` is a closed form, without friction and from
+    rolling_friction on, or an integration. Between them arcs and shocks of a rigid grain are
+    integrated under Coulomb's limit. A grain so small that it leaves the row is refused.
+
+    For example:
+
+        dem-harness theory --restitution 0.5
+
+        dem-harness theory --friction 0.5 --shape disc
+    """
+    from harness.workflows import theory as closed_form
+
+    (print_json if json else print_record)(closed_form(**vars(choice)).to_json())
+    return 0
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class AngleOptions(SpringOptions, GrainOptions):
+    """How the angle is found, and of which contact."""
+
+    method: Literal["passage", "steady"] = "passage"
+    """Root of the energy over a well, or smallest angle of lasting motion (the source's)."""
+    extrapolate: bool = False
+    """Take the step to zero, then the stiffness to infinity (plastic contact unless named)."""
+    tolerance: Annotated[Number, Parameter(validator=TOLERANCES)] = None
+    """Resolution of the search, 1e-9 to 1 deg. [default: 0.001 passage, 0.005 steady]"""
+    wells: MaybeWhole = None
+    """Wells to pass in steady motion. [default: 10, below 20 steps per contact 100]"""
+    engine: Annotated[str, Parameter(metavar="NAME", group=ENGINE)] = "lammps"
+    """The engine: a name that `dem-harness engines` lists, or `module:Class` of your own."""
+    contact: Literal["source", "clipped", "plastic"] | None = None
+    """`source`: e = 1e-20, no clip. `clipped`: critical damping. `plastic`: zeta = 5, clipped."""
+    damping_ratio: Number = None
+    """Damping ratio zeta; overrides --restitution."""
+    clip: Annotated[bool | None, Parameter(negative="--no-clip")] = None
+    """Clip the attractive tail of a parting contact, or keep it."""
+    half_mass: bool = False
+    """Effective mass m/2 against a fixed sphere, as in MFiX, instead of m."""
+    density: Number = None
+    """Density of the grain [kg/m3]. [default: 6/pi, 1 kg at 1 m]"""
+
+    def system(self) -> Incline:
+        """Return the incline; raise RequestError, naming the field, for a wrong value."""
+        from harness.cases.incline.system import Incline
+        from harness.model.law import CONTACTS
+
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        damping = [name for name in ("restitution", "damping_ratio") if name in given]
+        usual = "plastic" if self.extrapolate and not damping else "source"
+        changes = {name: given.get(name) for name in ("restitution", "damping_ratio") if damping}
+        changes |= {"tail": "clipped" if self.clip else "attractive"} if "clip" in given else {}
+        changes |= {"effective_mass": "half"} if self.half_mass else {}
+        contact = CONTACTS[self.contact or usual]
+        contact = contact.replace(**changes, name="custom") if changes else contact
+        fields = {n: value for n, value in given.items() if n in Incline.model_fields}
+        return Incline(**fields | {"contact": contact})
+
+
+def critical_angle(
+    choice: AngleOptions = AngleOptions(),
+    engines: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """Measure the critical angle of the incline in an engine.
+
+    Without options: the source's contact (e = 1e-20, attractive tail kept), k = 1e6 N/m, 50 steps
+    per contact time, by passage. A single value agrees with 10.2078 deg by cancellation at best:
+    --extrapolate proves it.
+    """
+    from harness import workflows
+    from harness.cases.incline.closed_form import angles_to_compare
+
+    if choice.wells is not None and choice.method == "passage":
+        raise RequestError(f"--wells {choice.wells}: goes with --method steady only")
+    if choice.extrapolate and (choice.method, choice.steps_per_contact) != ("passage", None):
+        raise RequestError("--extrapolate: goes without --method steady and --steps-per-contact")
+    case, options = choice.system(), dict[str, Any]()
+    if not choice.extrapolate:
+        options = {"method": choice.method, "wells": choice.wells}
+        options["tolerance_deg"] = choice.tolerance
+    verbs = workflows.critical_angle, workflows.extrapolated_critical_angle
+    work = ("incline", dict(case), LADDER if choice.extrapolate else RUNS)
+    _check(choice.engine, engines, "--engine", choice.force, work)
+    with opener(engines, "critical-angle", json) as opening, opening.qualified(choice.engine) as on:
+        angle = verbs[choice.extrapolate](case, engine=on, progress=opening.progress, **options)
+    return opening.answer(
+        {**angles_to_compare(case.contact), **angle.to_json()}, json, print_record
+    )
+
+
+# ---- the tower
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TowerOptions(SpringOptions, ChainOptions):
+    """The tower and the grain, and how it is run."""
+
+    height: Whole = 1
+    """Contacts; particles - 1."""
+    speed: float = 2.0
+    """Speed of the grain at the start [m/s]."""
+    law: Law = "deformable"
+    """Contact law: what DEM codes do, or the source's."""
+    base: Literal["fixed", "free"] = "fixed"
+    """Whether the last particle moves."""
+    duration: float = 3.0
+    """How long, in contact times t0 of grain and one fixed particle."""
+    window: Window = "turnaround"
+    """What the impulse is summed over."""
+    series: File = None
+    """Write the series to this CSV file."""
+
+
+def tower(
+    choice: TowerOptions = TowerOptions(),
+    engines: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """Drop a grain on a tower of particles: force, impulse and contacts of the grain.
+
+    The tower is on a fixed base, at rest and just touching; the grain arrives with its speed,
+    gravity along the motion. Times are in t0, the time that the grain would stay on one fixed
+    particle.
+
+    For example:
+
+        dem-harness tower --height 4 --law overlap --solver lammps
+
+        dem-harness tower --height 2 --window first-contact --series tower.csv
+    """
+    from harness.cases.tower.impulse import Runner
+    from harness.cases.tower.parameters import Tower
+    from harness.cases.tower.runs import summary
+    from harness.workflows import tower as run_tower
+
+    check_target(choice.series, "--series")
+    given = vars(choice)
+    case = Tower(**{name: value for name, value in given.items() if name in Tower.model_fields})
+    timing = {name: given[name] for name in ("duration", "steps_per_contact")}
+    longest = {**dict(case), **timing, "duration": max(choice.duration, 3.0)}
+    _check(choice.solver, engines, "--solver", choice.force, ("tower", longest, 1))
+    with opener(engines, "tower", json) as opening, _runner(choice.solver, opening) as runner:
+        run = run_tower(case, **timing, **runner, progress=opening.progress)
+        longer = Runner(runner.get("solver", ""), runner.get("engine"))
+        record = summary(run, choice.window, longer.covering(run, choice.window))
+    write_all({("--series", choice.series): partial(run.to_frame().to_csv, index=False)})
+    return opening.answer(record, json, print_record)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class ImpulseOptions(SystemOptions, ChainOptions):
+    """The rows of the table, how an impulse ratio becomes an angle, and files."""
+
+    heights: WholeNumbers = None
+    """Heights, as `1-19` or `1,2,5`. [default: 1-19]"""
+    stiffness: Numbers = None
+    """Normal stiffnesses [N/m], commas or repeated. [default: 1e5,1e6,1e7]"""
+    speed: Numbers = None
+    """Speeds of the grain [m/s], commas or repeated. [default: 2,4]"""
+    law: Law | Literal["both"] = "both"
+    """Contact law: what DEM codes do, the source's, or both."""
+    window: Window | Literal["all"] = "turnaround"
+    """Impulse until twice the time of closest approach, the swing to one contact, or detachment."""
+    reading: Literal["lost", "kept"] = "lost"
+    """Critical angle from alpha: `lost` rescales the velocity lost in the shock, sqrt(shock) = 1
+    - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, and rises."""
+    reference: File = None
+    """Measured angles for the figure: CSV with the columns h_over_d and theta_deg."""
+    figure: File = None
+    """Draw critical angle against height: .svg, .png or .pdf."""
+    csv: File = None
+    """Write the table to this file."""
+
+
+def impulse(
+    choice: ImpulseOptions = ImpulseOptions(),
+    engines: EngineOptions = EngineOptions(),
+    *,
+    json: Json = False,
+) -> int:
+    """Tabulate impulse on the grain and critical angle against the height of the tower.
+
+    alpha(n) = J(n) / J(1): the impulse on a grain dropped on a tower of height n, over that on a
+    rigid base. It rescales the shock in the well of the incline, hence the critical angle. Without
+    options: the source's six runs, both laws.
+
+    For example:
+
+        dem-harness impulse --heights 1-4 --stiffness 1e6 --law overlap --figure angles.svg
+    """
+    from harness.cases.tower.parameters import Tower
+    from harness.cases.tower.impulse import angle_figure
+    from harness.workflows import impulse as tabulate
+    from harness.workflows.sweeps import figure_writer, read_points
+
+    if choice.reference is not None and choice.figure is None:
+        raise RequestError(f"--reference {choice.reference}: goes with --figure FILE only")
+    check_target(choice.csv, "--csv")
+    check_target(choice.figure, "--figure", (".svg", ".png", ".pdf"), other=choice.csv)
+    laws = get_args(Law) if choice.law == "both" else (choice.law,)
+    windows = get_args(Window) if choice.window == "all" else (choice.window,)
+    lists = {"heights": choice.heights, "stiffnesses": choice.stiffness, "speeds": choice.speed}
+    ranges: dict[str, Any] = {name: values for name, values in lists.items() if values}
+    record: dict[str, Any] = {"solver": choice.solver, "reading": choice.reading}
+    measured = None
+    if choice.reference is not None:
+        points = read_points(choice.reference, "h_over_d", "theta_deg")
+        measured = points.x.tolist(), points.y.tolist()
+        pairs = zip(*measured, strict=True)
+        record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
+    case = Tower(mass=choice.mass, gravity=choice.gravity)
+    _check(choice.solver, engines, "--solver", choice.force)
+    with opener(engines, "impulse", json) as opening, _runner(choice.solver, opening) as runner:
+        options = {**ranges, **runner, "reading": choice.reading, "progress": opening.progress}
+        frame = tabulate(case=case, laws=laws, windows=windows, **options)
+    draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
+    write_all({("--csv", choice.csv): partial(frame.to_csv, index=False),
+               ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
+    record["rows"] = frame.to_dict(orient="records")
+    return opening.answer(record, json, lambda _: print_frame(frame, len(frame)))
+
+
+# ---- what they share
+
+
+def _check(
+    name: str,
+    engines: EngineOptions,
+    option: str,
+    force: bool,
+    work: tuple[str, Any, int] | None = None,
+) -> None:
+    """Raise RequestError for an unknown engine or option, and for work that takes too long.
+
+    The work is a case, its parameters, and a number of runs.
+    """
+    from harness.cases.registry import get_case
+    from harness.engines.registry import engine_class
+    from harness.workflows.runs import run_seconds
+
+    engines.check({name} - set(SOLVERS), option)
+    try:
+        traits = None if name in SOLVERS else engine_class(name).traits
+    except RequestError as error:
+        text = str(error).replace("--engine", option, 1)
+        solvers = f"; or a solver of this package: {', '.join(SOLVERS)}"
+        raise RequestError(text + (solvers if option == "--solver" else "")) from None
+    if work is not None:
+        case, values, runs = get_case(work[0]), work[1], work[2]
+        seconds = runs * run_seconds(case, case.parameters(**values), traits)
+        duration_check(force, f"{case.name} in {name}")(seconds)
+
+
+@contextmanager
+def _runner(name: str, opening: Opener) -> Iterator[dict[str, Any]]:
+    """Yield the solver or the engine of a name, as an argument of a workflow."""
+    if name in SOLVERS:
+        yield {"solver": name}
+        return
+    with opening.qualified(name) as engine:
+        yield {"engine": engine}
