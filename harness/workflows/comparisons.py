@@ -28,6 +28,7 @@ from harness.results.compare import (
     defect_counts,
     regressions,
 )
+from harness.results.defects import KnownDefect
 from harness.results.rows import KEY, Level, Verdict
 from harness.store.cache import CachedEngine, default_entries
 from harness.store.committed import ACCEPTED, accepted_rows, defect_script, known_defects
@@ -45,7 +46,7 @@ MOVES = (Change.MOVED, Change.OTHER_INPUT)
 REFERENCE = "reference"  # in the place of a change, of the release that others are compared to
 MOVED_COLUMNS = [*KEY, "run", "change", "value_before", "value_after", "unit_after"]
 MOST_MOVED = 200  # rows of the page; rows.csv has all
-DEFECT = ("name", "engine", "kind", "cause", "upstream", "effect")  # fields of a known defect
+DEFECT = ("name", "engine", "kind", "cause", "upstream")  # fields of a known defect
 PATTERNS = ("cases", "laws", "systems", "variations")  # likewise, each a list
 
 
@@ -154,11 +155,28 @@ def defects(name: str | None = None) -> list[dict[str, Any]]:
     records = []
     for entry in entries:
         record: dict[str, Any] = {key: getattr(entry, key) for key in DEFECT}
-        record |= {"since": entry.since or "as long as is known", "until": entry.until or "today"}
+        record |= {
+            "effect": _effect(entry),
+            "since": entry.since or "as long as is known",
+            "until": entry.until or "today",
+        }
         record |= {key: ", ".join(getattr(entry, key)) for key in PATTERNS}
         script = "" if name is None else defect_script(entry)
         records.append(record | ({"script": script} if script else {}))
     return records
+
+
+def _effect(defect: KnownDefect) -> str:
+    """Return the effect of a defect on a run in words."""
+    if defect.error:
+        return f"the run ends with “{defect.error}”"
+    if defect.undetermined:
+        return f"not computed: {defect.undetermined}"
+    if defect.fit:
+        return f"{defect.fit}, fitted on the first sample that shows it; all later ones agree"
+    parts = {"faults": defect.faults, "rules": defect.rules, "law": defect.law}
+    values = {f"{part}.{k}": v for part, changes in parts.items() for k, v in changes.items()}
+    return ", ".join(name if v is True else f"{name} = {v}" for name, v in values.items())
 
 
 def _runs_by_name(runs: Sequence[str | Path | Run]) -> dict[str, Run]:
