@@ -255,9 +255,8 @@ def tower(
 
         dem-harness tower --height 2 --window first-contact --series tower.csv
     """
-    from harness.cases.tower.impulse import Runner
+    from harness.cases.tower.impulse import Runner, summary
     from harness.cases.tower.parameters import Tower
-    from harness.cases.tower.runs import summary
     from harness.workflows import tower as run_tower
 
     check_target(choice.series, "--series")
@@ -316,8 +315,8 @@ def impulse(
 
         dem-harness impulse --heights 1-4 --stiffness 1e6 --law overlap --figure angles.svg
     """
-    from harness.cases.tower.parameters import Tower
     from harness.cases.tower.impulse import angle_figure
+    from harness.cases.tower.parameters import Tower
     from harness.workflows import impulse as tabulate
     from harness.workflows.sweeps import figure_writer, read_points
 
