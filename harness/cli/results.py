@@ -79,7 +79,7 @@ def engines(
 
         dem-harness engines --program yade=/opt/yade/bin/yade
     """
-    from harness.engines.registry import engine_names, refused_plugins
+    from harness.engines.registry import engine_names
     from harness.workflows import engines as list_engines
     from harness.workflows import progress_bars
 
@@ -91,8 +91,6 @@ def engines(
             launcher=programs.mpirun,
             progress=progress,
         )
-    for fault in refused_plugins():
-        tell(fault)
     if json:
         print_json({"engines": statuses})
         return 0
@@ -363,8 +361,13 @@ def upstream(
     from harness.files import check_folder
     from harness.report.page import report_files
     from harness.store.runs import write_run
-    from harness.upstream.definition import read_tests
-    from harness.upstream.judging import TITLE, run_upstream, sections, wheel_program
+    from harness.upstream.judging import (
+        TITLE,
+        read_tests,
+        run_upstream,
+        sections,
+        wheel_program,
+    )
     from harness.workflows import progress_bars
 
     if output is not None:

@@ -14,10 +14,7 @@ for a code that runs script files, and name it under the entry point ``dem_harne
 3. ``motions`` returns the motion of each job's scene, in order, or the EngineError in its place: a
    failed run must not affect the others. Override ``run`` for outputs of another kind.
 
-A job whose template the engine has as a script runs the script with the job's values; another one
-runs the job's scene (:class:`harness.model.scene.Scene`); one without either is refused. Units are
-converted at this edge and nowhere else. Formulas are not shared with theory or solvers. An engine
-qualifies on one fixed sphere before its results are used.
+Units are converted at this edge and nowhere else. Formulas are not shared with theory or solvers.
 """
 
 from __future__ import annotations
@@ -32,7 +29,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from harness.engines.output import Output, Provenance
+from harness.engines.output import Output, Provenance, motion_tables
 from harness.engines.process import cores, in_batches
 from harness.errors import (
     FULL,
@@ -152,7 +149,11 @@ def scene_job(scene: Scene, **values: Value) -> Job:
 
 
 class Engine(ABC):
-    """A DEM code that runs jobs. Use it as a context manager."""
+    """A DEM code that runs jobs. Use it as a context manager.
+
+    A job whose template the engine has as a script runs the script with the job's values; another
+    one runs the job's scene; one without either is refused.
+    """
 
     name: ClassVar[str]
     traits: Traits
@@ -262,13 +263,27 @@ class Engine(ABC):
         """
         self.check(jobs)
         outcomes: dict[int, Output | EngineError] = {}
-        for scripted, run in ((False, self.run_scenes), (True, self.run_scripts)):
-            places = [
-                k for k, job in enumerate(jobs) if self.has_template(job.template) is scripted
-            ]
+        for run, places in zip((self.run_scenes, self.run_scripts), self._split(jobs), strict=True):
             if places:
                 outcomes |= zip(places, run([jobs[k] for k in places]), strict=True)
         return [outcomes[place] for place in range(len(jobs))]
+
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
+        """Yield the place and the outcome of each job as soon as it is known, in any order.
+
+        In batches that grow with their speed, those of scenes apart from those of scripts: of
+        scenes a process runs many in the time that it takes to start.
+        """
+        self.check(jobs)
+        for size, places in zip((SCENES_AT_ONCE, 2 * cores()), self._split(jobs), strict=True):
+            for place, outcome in in_batches([jobs[k] for k in places], self.run, size):
+                yield places[place], outcome
+
+    def _split(self, jobs: Sequence[Job]) -> tuple[list[int], list[int]]:
+        """Return the places of the jobs that run scenes, and of those that run scripts."""
+        has_script = [self.has_template(job.template) for job in jobs]
+        places = range(len(jobs))
+        return [k for k in places if not has_script[k]], [k for k in places if has_script[k]]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
@@ -276,8 +291,6 @@ class Engine(ABC):
 
     def run_scenes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the motions of jobs with scenes as outputs, in order."""
-        from harness.engines.output import motion_tables
-
         started, provenance = time.monotonic(), self.identify()
         motions = self.motions(jobs)
         seconds = (time.monotonic() - started) / len(jobs)
@@ -293,19 +306,6 @@ class Engine(ABC):
     def run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the outputs of jobs whose templates the engine has as scripts, in order."""
         raise NotImplementedError
-
-    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
-        """Yield the place and the outcome of each job as soon as it is known, in any order.
-
-        In batches that grow with their speed, those of scenes apart from those of scripts: of
-        scenes a process runs many in the time that it takes to start.
-        """
-        self.check(jobs)
-        has_script = [self.has_template(job.template) for job in jobs]
-        for scripted, size in ((False, SCENES_AT_ONCE), (True, 2 * cores())):
-            places = [place for place, has in enumerate(has_script) if has is scripted]
-            for place, outcome in in_batches([jobs[k] for k in places], self.run, size):
-                yield places[place], outcome
 
     # ---- texts
 
@@ -340,7 +340,8 @@ class Engine(ABC):
 
 HARNESS = "harness"
 GUARDED = {"identify", "fingerprint", "refuses", "rules", "motions", "run"}
-RETURNED: Mapping[str, type] = {"identify": Provenance, "refuses": str}
+RETURNED: Mapping[str, type] = {"identify": Provenance, "refuses": str, "motions": list,
+                                "run": list}  # fmt: skip
 
 
 class ContractError(EngineOutputError):
@@ -371,21 +372,17 @@ def contract(kind: type[Engine], name: str) -> Iterator[None]:
 
 
 def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method under the contract, with the check of what it returns.
-
-    ``run`` returns a ContractError for each of its jobs.
-    """
+    """Return a method under the contract; ``run`` returns a ContractError for each of its jobs."""
 
     @functools.wraps(call)
     def guarded(self: Engine, *arguments: Any) -> Any:
         try:
             with contract(type(self), name):
-                value = call(self, *arguments)
-                if name in ("motions", "run"):
+                value, wanted = call(self, *arguments), RETURNED.get(name, object)
+                if not isinstance(value, wanted):
+                    raise TypeError(f"{type(value).__name__} in place of {wanted.__name__}")
+                if isinstance(value, list):
                     _check_outcomes(value, len(arguments[0]))
-                elif name in RETURNED and not isinstance(value, RETURNED[name]):
-                    wanted = RETURNED[name].__name__
-                    raise TypeError(f"{type(value).__name__} in place of {wanted}")
                 return value
         except ContractError as failure:
             if name != "run":
@@ -395,11 +392,9 @@ def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
     return guarded
 
 
-def _check_outcomes(outcomes: Any, jobs: int) -> None:
+def _check_outcomes(outcomes: list[Any], jobs: int) -> None:
     from harness.model.scene import Motion
 
-    if not isinstance(outcomes, list | tuple):
-        raise TypeError(f"{type(outcomes).__name__} in place of a list of outcomes")
     if len(outcomes) != jobs:
         raise ValueError(f"{len(outcomes)} outcomes of {jobs} jobs")
     for outcome in outcomes:

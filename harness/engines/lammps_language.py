@@ -21,7 +21,7 @@ from harness.engines.process import (
     signal_of,
     text_of,
 )
-from harness.engines.scripts import Script, ScriptedEngine, Task
+from harness.engines.scripts import ScriptedEngine, Task
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -37,7 +37,8 @@ from harness.model.allowed import COUNT, Allowed
 if TYPE_CHECKING:
     from harness.model.scene import Motion, Scene
 
-SCENE_SCRIPT, SCENE_LOG, DONE = "in.lmp", "log.lammps", "done"  # in the folder of a scene
+SCRIPT, LOG, SERIES_FILE, DONE = "in.lmp", "log.lammps", "series.csv", "done"  # of a run
+_VARIABLE = re.compile(r"\bvariable (\w+)\s")
 # LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:.*", re.MULTILINE)
 # what LAMMPS writes after its error: where in the manual, the command, the end of the script
@@ -163,21 +164,25 @@ class LammpsLanguage(ScriptedEngine):
         return [list(hand) for hand in dealt(len(tasks), self.workers)]
 
     def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the scripts and ``batch.in``, which runs the tasks, each from a clean slate.
+        """Write the scripts of tasks, with their values, and the batch that runs them."""
+        series = f"variable series index {SERIES_FILE}\n"
+        self._write_batch(folder, [series + self.template_text(task) for task in tasks])
 
-        ``clear`` keeps variables: they would shadow defaults, or refuse another style.
+    def _write_batch(self, folder: Path, texts: Sequence[str]) -> None:
+        """Write scripts, each in a folder of its own as if it were run by hand, and ``batch.in``.
+
+        Each runs from a clean slate. ``clear`` keeps variables: they would shadow defaults, or
+        refuse another style.
         """
-        names = {n for t in tasks for n in re.findall(r"\bvariable (\w+)\s", t.script.text)}
+        names = sorted({name for text in texts for name in _VARIABLE.findall(text)})
         lines: list[str] = []
-        for place, task in enumerate(tasks):
-            name = file_of(task.script)
-            (folder / name).write_text(task.script.text, encoding="utf-8")
-            variables = {**self._words(task), "series": f"{place}.csv"}
-            lines += [f"log {place}.log", "clear"]
-            lines += [f"variable {name} delete" for name in sorted({*names, "series"})]
-            lines += [f"variable {key} index {words}" for key, words in variables.items()]
-            lines.append(f"include {name}")
-        (folder / "batch.in").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        for place, text in enumerate(texts):
+            (folder / str(place)).mkdir()
+            (folder / str(place) / SCRIPT).write_text(text, encoding="utf-8")
+            lines += [f"shell cd {place}", f"log {LOG}", "clear"]
+            lines += [f"variable {name} delete" for name in names]
+            lines += [f"include {SCRIPT}", f'print "done" file {DONE}', "shell cd .."]
+        (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
 
     def template_text(self, task: Task) -> str:
         """Return the script of a template, the values of the job before its defaults."""
@@ -198,20 +203,13 @@ class LammpsLanguage(ScriptedEngine):
             words[name] = f'"{text}"' if " " in text and isinstance(value, str) else text
         return words
 
-    # ---- scenes, each in a folder of its own, as if it were run by hand
+    # ---- scenes
 
     def write_scenes(
         self, command: Sequence[str], folder: Path, jobs: Sequence[Job]
     ) -> Sequence[str]:
-        """Write the script of each scene and ``batch.in``; return the command that runs it."""
-        lines: list[str] = []
-        for place, job in enumerate(jobs):
-            (folder / str(place)).mkdir()
-            script = folder / str(place) / SCENE_SCRIPT
-            script.write_text(self.scene_script(job), encoding="utf-8")
-            lines += [f"shell cd {place}", f"log {SCENE_LOG}", "clear"]
-            lines += [f"include {SCENE_SCRIPT}", f'print "done" file {DONE}', "shell cd .."]
-        (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        """Write the scripts of scenes and their batch; return the command that runs it."""
+        self._write_batch(folder, [self.scene_script(job) for job in jobs])
         return command
 
     def scene_batches(self) -> Batches[Job, Motion]:
@@ -226,7 +224,7 @@ class LammpsLanguage(ScriptedEngine):
             write=lambda folder, jobs: self.write_scenes(self.command(()), folder, jobs),
             read=read,
             error=self.error_of,
-            log=lambda folder, place: text_of(folder / str(place) / SCENE_LOG),
+            log=self.log_of,
             environment=self.environment,
         )
 
@@ -242,7 +240,11 @@ class LammpsLanguage(ScriptedEngine):
 
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of a task."""
-        return text_of(folder / f"{index}.log")
+        return text_of(folder / str(index) / LOG)
+
+    def series_of(self, folder: Path, index: int) -> str:
+        """Return the series of a task; empty where it wrote none."""
+        return text_of(folder / str(index) / SERIES_FILE)
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:
         """Return the error by the log, or by the last words of a process."""
@@ -254,8 +256,3 @@ class LammpsLanguage(ScriptedEngine):
         if output is not None:
             check_log(output.log, self.title)
         return output
-
-
-def file_of(script: Script) -> str:
-    """Return the name of a script's file, another one for another text."""
-    return f"{script.sha256[:16]}-{script.name}"

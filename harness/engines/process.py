@@ -81,7 +81,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Ended:
-    """The end of a program: end of its output, exit status, wall time [s], whether it hung.
+    """The end of a program: of its output, exit status, wall time [s], whether it hung.
 
     ``limit`` [s] is the time that it had.
     """
@@ -349,19 +349,14 @@ class Batches(Generic[Item, Result]):
     ) -> list[Result | EngineError]:
         """Run items in as many processes as needed.
 
-        After two in a row that hang at their first item the rest is not run: each would take the
-        time limit.
+        After two in a row that hang the rest is not run: each would take the time limit.
         """
         done: list[Result | EngineError] = []
-        hung = False
         while len(done) < len(items):
-            batch = self._process(items[len(done) :], limits, processes)
-            done += batch
-            hangs = isinstance(batch[-1], EngineTimeoutError)
-            if hangs and hung and len(batch) == 1:
-                message = f"{batch[-1]}; not run after two that hung"
+            done += self._process(items[len(done) :], limits, processes)
+            if len(done) > 1 and all(isinstance(end, EngineTimeoutError) for end in done[-2:]):
+                message = f"{done[-1]}; not run after two that hung"
                 done += [EngineTimeoutError(message) for _ in items[len(done) :]]
-            hung = hangs
         return done
 
     def _process(
@@ -388,8 +383,10 @@ class Batches(Generic[Item, Result]):
                     continue
                 if result is None:
                     log = self.log(folder, place)
-                    killed = processes.closed and signal_of(ended.code) is signal.SIGKILL
-                    failure = closed if killed else self._failure(ended, log)
+                    words = f"{self.title} ended without a result{last_words(ended.output)}"
+                    failure = self.error(ended, log) or EngineOutputError(words)
+                    if processes.closed and signal_of(ended.code) is signal.SIGKILL:
+                        failure = closed
                     texts = dict.fromkeys(filter(None, (log, ended.output)))
                     return [*outcomes, failure.with_log("\n".join(texts))]
                 outcomes.append(result)
@@ -397,10 +394,6 @@ class Batches(Generic[Item, Result]):
                 late = EngineCrashError(f"{death}, after its results were written")
                 outcomes[-1] = late.with_log(self.log(folder, len(items) - 1) or ended.output)
             return outcomes
-
-    def _failure(self, ended: Ended, log: str) -> EngineError:
-        words = f"{self.title} ended without a result{last_words(ended.output)}"
-        return self.error(ended, log) or EngineOutputError(words)
 
 
 def in_batches(

@@ -47,12 +47,7 @@ MOST_LIMIT = 1e7  # [s] that a run may be given
 
 def engine_names() -> list[str]:
     """Return the names of all engines, those of this package first; nothing is imported."""
-    return [*ENGINES, *sorted(_plugins()[0])]
-
-
-def refused_plugins() -> tuple[str, ...]:
-    """Return one line for each engine of another package that is not listed."""
-    return tuple(_plugins()[1])
+    return [*ENGINES, *sorted(_plugins())]
 
 
 def engine_class(name: str) -> type[Engine]:
@@ -63,7 +58,7 @@ def engine_class(name: str) -> type[Engine]:
     """
     if name in ENGINES:
         return _class_at(ENGINES[name], f"engine {name!r}")
-    if plugin := _plugins()[0].get(name):
+    if plugin := _plugins().get(name):
         return _class_at(plugin.value, f"engine {name!r} of package {_package(plugin)!r}")
     if ":" not in name:
         raise RequestError(f"--engine {name!r} is not known: {_must_be_one()}")
@@ -116,19 +111,10 @@ def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] |
 
 
 @cache
-def _plugins() -> tuple[dict[str, EntryPoint], list[str]]:
-    """Return the engines of other packages by name, and why others are refused."""
-    points: dict[str, EntryPoint] = {}
-    refused = []
-    for point in entry_points(group=GROUP):
-        if point.name not in {**points, **ENGINES}:
-            points[point.name] = point
-            continue
-        other = points.get(point.name)
-        where = f"package {_package(other)!r}" if other else "this package"
-        refused.append(f"engine {point.name!r} of package {_package(point)!r} is left out: {where} "
-                       "has one of that name")  # fmt: skip
-    return points, refused
+def _plugins() -> dict[str, EntryPoint]:
+    """Return the engines of other packages by name; those of this package keep their names."""
+    points = {point.name: point for point in entry_points(group=GROUP)}
+    return {name: point for name, point in points.items() if name not in ENGINES}
 
 
 def _package(point: EntryPoint) -> str:

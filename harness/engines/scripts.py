@@ -2,10 +2,8 @@
 
 To make such an engine, subclass :class:`ScriptedEngine` next to a folder ``templates`` with a file
 ``<template>.<extension>.j2`` for each template of a case that the code can run, and give
-
-- ``name``, ``traits`` (whose ``title`` messages write), ``programs`` (names on PATH, the first
-  that is there is taken), ``extension`` of script files, ``options`` of the program;
-- ``ask_version``: who the program is, from :meth:`ProgramEngine.ask`.
+``name``, ``traits``, ``programs``, ``extension`` of script files, ``options`` of the program, and
+``ask_version``: who the program is, from :meth:`ProgramEngine.ask`.
 
 A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
 last. By default it has a dictionary ``PARAMETERS``, takes the runs of a batch from a JSON list and
@@ -52,7 +50,6 @@ from harness.engines.process import (
     Limits,
     Processes,
     cores,
-    dealt,
     first_text,
     fresh_folder,
     text_of,
@@ -132,10 +129,7 @@ class ProgramEngine(Engine):
         return replace(identity, engine_version=version, integrator=self.traits.integrator)
 
     def installed_files(self) -> list[Path]:
-        """Return the files that decide a result, the program first; none where not all are known.
-
-        Those of a program that needs no others are :func:`program_files`.
-        """
+        """Return the files that decide a result, the program first; none where one is unknown."""
         return []
 
     def fingerprint(self) -> Mapping[str, Any] | None:
@@ -161,12 +155,9 @@ class ProgramEngine(Engine):
 
     def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
         """Run a command in a folder."""
+        environment, memory = self.environment(folder), self.limits.memory
         return self.processes.run(
-            words,
-            folder,
-            seconds=seconds,
-            memory=self.limits.memory,
-            environment=self.environment(folder),
+            words, folder, seconds=seconds, memory=memory, environment=environment
         )
 
     def close(self) -> None:
@@ -222,6 +213,10 @@ class ScriptedEngine(ProgramEngine):
     switches: ClassVar[Values] = {}
     allowed: ClassVar[Mapping[str, Allowed]] = {}
 
+    @cached_property
+    def _logs(self) -> dict[str, str]:
+        return {}
+
     # ---- the form of scripts and their files
 
     @classmethod
@@ -253,11 +248,8 @@ class ScriptedEngine(ProgramEngine):
         scripts: dict[Script, list[int]] = {}
         for place, task in enumerate(tasks):
             scripts.setdefault(task.script, []).append(place)
-        return [
-            [same[k] for k in hand]
-            for same in scripts.values()
-            for hand in dealt(len(same), self.workers)
-        ]
+        hands = self.workers
+        return [same[k::hands] for same in scripts.values() for k in range(min(hands, len(same)))]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
@@ -267,6 +259,10 @@ class ScriptedEngine(ProgramEngine):
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of the task of this index, nothing before it has begun."""
         return text_of(folder / f"{index}.txt")
+
+    def series_of(self, folder: Path, index: int) -> str:
+        """Return the series of a task; empty where it wrote none."""
+        return text_of(folder / f"{index}.csv")
 
     def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
         """Return the error by the end of a process, or None where it ended well.
@@ -284,10 +280,7 @@ class ScriptedEngine(ProgramEngine):
 
     @classmethod
     def script(cls, template: Template, variant: str = "") -> Script:
-        """Return the script of a variant, rendered once.
-
-        Raise RequestError for a template that the engine does not have, or an unknown variant.
-        """
+        """Return the script of a variant, rendered once; raise RequestError for an unknown one."""
         chosen = variant or template.main
         if chosen not in template.variants:
             variants = ", ".join(template.variants)
@@ -304,12 +297,7 @@ class ScriptedEngine(ProgramEngine):
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
         """Return the scripts of all variants that the engine renders, by their names."""
-        scripts = [
-            cls.script(template, variant)
-            for template in templates
-            if cls.has_template(template)
-            for variant in template.variants
-        ]
+        scripts = (cls.script(t, v) for t in templates if cls.has_template(t) for v in t.variants)
         return {script.name: script.text for script in scripts}
 
     def refuses(self, job: Job) -> str:
@@ -377,9 +365,15 @@ class ScriptedEngine(ProgramEngine):
             allowed = {**template.allowed, **cls.allowed}
             values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
             return Script(name, rendered(folders, file, values), variables)
-        except EngineError as error:
+        except HarnessError:
+            raise
+        except Exception as error:
             package = f" of package {template.package!r}" if template.package else ""
-            raise EngineError(f"{cls.label()}: case {template.name!r}{package}: {error}") from error
+            text = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+            raise EngineError(
+                f"{cls.label()}: case {template.name!r}{package}: template {file} cannot be "
+                f"rendered: {text}"
+            ) from error
 
     @classmethod
     def _folders(cls, package: str) -> tuple[Folder, ...]:
@@ -428,10 +422,6 @@ class ScriptedEngine(ProgramEngine):
                 outcomes.append(replace(outcome, log=log))
         return outcomes
 
-    @cached_property
-    def _logs(self) -> dict[str, str]:
-        return {}
-
     def logs(self) -> dict[str, str]:
         """Return, for each script, the log of the first run of it that finished."""
         return dict(self._logs)
@@ -443,26 +433,15 @@ class ScriptedEngine(ProgramEngine):
             self.write(folder, some)
             return self.command(some)
 
-        batches = Batches(
-            title=self.title,
-            write=write,
-            read=self.read_job,
-            error=self.error_of,
-            log=self.log_of,
-            environment=self.environment,
-            seconds=lambda task: task.job.seconds,
-        )
+        batches = Batches(title=self.title, write=write, read=self.read_job, error=self.error_of,
+                          log=self.log_of, environment=self.environment,
+                          seconds=lambda task: task.job.seconds)  # fmt: skip
         return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
 
     def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
-        """Return the output of a task that took so long, None where it has not finished.
-
-        Raise EngineError for a bad one.
-        """
-        log = self.log_of(folder, index)
-        if not finished(log):
-            return None
-        return self.output(task, log, text_of(folder / f"{index}.csv"), seconds)
+        """Return the output of a task that took so long, None where it has not finished."""
+        log, series = self.log_of(folder, index), self.series_of(folder, index)
+        return self.output(task, log, series, seconds) if finished(log) else None
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
         """Return the output of a task from its log and its series, a dump or a CSV.
@@ -477,7 +456,7 @@ class ScriptedEngine(ProgramEngine):
         if output.has("verdict") and output.text("verdict") == "not_a_number":
             raise EngineNaNError(f"{self.title} met a place or velocity that is not a number")
         if output.has("seconds"):
-            return replace(output, seconds=output.number("seconds"))
+            output = replace(output, seconds=output.number("seconds"))
         return output
 
 
@@ -493,18 +472,9 @@ def _has_file(kind: type[ScriptedEngine], package: str, name: str) -> bool:
 def rendered(folders: Sequence[Folder], file: str, values: Mapping[str, Any]) -> str:
     """Return the text of a template with values, ended by a line feed.
 
-    What it includes may lie in any of the folders. Raise EngineError where it cannot be rendered.
+    What it includes may lie in any of the folders.
     """
-    try:
-        template = _environment(tuple(folders)).get_template(file)
-        text = template.render(version=__version__, **values)
-    except HarnessError:
-        raise
-    except Exception as error:
-        message = " ".join(str(error).split())[:160]
-        raise EngineError(
-            f"template {file} cannot be rendered: {type(error).__name__}: {message}"
-        ) from error
+    text = _environment(tuple(folders)).get_template(file).render(version=__version__, **values)
     return text if text.endswith("\n") else text + "\n"
 
 

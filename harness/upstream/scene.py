@@ -1,8 +1,8 @@
-"""A run of LAMMPS as a scene: its commands from the log, bodies and groups from its first dump.
+"""A test of LAMMPS's ``unittest/granular`` and its run as a scene.
 
-The commands are read as LAMMPS executed them, with variables filled in. Every command, keyword,
-group and argument must be understood: else NotUnderstoodError names the word, and the test is not
-compared with the reference.
+The commands are read as LAMMPS executed them, with variables filled in; bodies and groups are
+those of the first dump. Every command, keyword, group and argument must be understood: else
+NotUnderstoodError names the word, and the test is not compared with the reference.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate, combinations_with_replacement, pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,15 +20,66 @@ from harness.engines.lammps.words import DAMPINGS
 from harness.errors import RequestError
 from harness.model.conventions import Rules
 from harness.model.law import SUBMODELS, Law
-from harness.model.scene import Body, Scene, Segment, Wall
-from harness.upstream.definition import MEMBER, RECORDED, Floats, State, UpstreamTest
+from harness.model.scene import Body, Floats, Scene, Segment, Wall
 
+State = Mapping[str, Floats]  # columns of a dump, and "period" of the box [length], NaN without
 Words = Sequence[str]
 Keywords = Mapping[str, int]  # keywords by the number of their arguments
+Laws = dict[tuple[int, int], Law]
+
+RECORDED = {"run_pos": ("x", "y", "z"), "run_vel": ("vx", "vy", "vz"),
+            "run_torque": ("tqx", "tqy", "tqz"),
+            "run_omega": ("omegax", "omegay", "omegaz")}  # fmt: skip
+# recorded tables, and the columns of a dump with the same quantity
+COLUMNS = ("id", "type", *(name for names in RECORDED.values() for name in names), "fx", "fy",
+           "fz", "radius", "mass")  # fmt: skip
+MEMBER = "dem_harness_member_"  # column that is 1 for the atoms of a group
 
 
 class NotUnderstoodError(RequestError):
     """A word of a test without a counterpart in a scene: the test is not tested."""
+
+
+@dataclass(frozen=True)
+class UpstreamTest:
+    """A test: its commands, segments in steps, and its record.
+
+    ``recorded`` maps ``run_pos`` and the like to rows (segment, atom, x, y, z), shape (M, 5).
+    ``tolerance`` is that of upstream's closed form after segment ``judged_segment``; NaN without
+    one.
+    """
+
+    name: str
+    commands: tuple[str, ...]
+    segments: tuple[int, ...]
+    epsilon: float = 1e-10
+    recorded: Mapping[str, Floats] = field(default_factory=dict, compare=False)
+    tolerance: float = math.nan
+    judged_segment: int = 0
+
+    def script(self, newton: str = "off") -> str:
+        """Return the LAMMPS input: the driver's commands, each after its number, and dumps."""
+        lines = [f"newton {newton}"]
+        for number, command in enumerate(self.commands):
+            lines += [f'print "COMMAND {number}"', command]
+        lines += ['print "COMMAND end"', 'print "TIMESTEP $(dt:%.17g)"']
+        members = [name for name in self.columns if name.startswith(MEMBER)]
+        lines += [f"variable {name} atom gmask({name.removeprefix(MEMBER)})" for name in members]
+        columns = " ".join(self.columns).replace(MEMBER, f"v_{MEMBER}")
+        for number, steps in enumerate((0, *self.segments)):
+            lines += [
+                f"run {steps} post no",
+                f"write_dump all custom state.{number} {columns} modify sort id format float %.17g",
+            ]
+        return "\n".join([*lines, 'print "RESULT verdict = finished"', ""])
+
+    @property
+    def columns(self) -> list[str]:
+        """Return the columns of its dumps: of the motion, and the members of each group."""
+        groups = [words for words in map(str.split, self.commands) if words[:1] == ["group"]]
+        names = dict.fromkeys(["all", *(w[1] for w in groups if re.fullmatch(r"\w+", w[1]))])
+        deleted = {words[1] for words in groups if words[2:3] == ["delete"]}
+        return [*COLUMNS, *(f"{MEMBER}{name}" for name in names if name not in deleted)]
 
 
 @dataclass(frozen=True)
@@ -53,10 +104,10 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
     Raise NotUnderstoodError for a word that a scene has no counterpart of, RequestError for a
     scene that the reference does not take.
     """
-    commands = _read_commands(test, log)
+    commands = _Commands(test, log)
     bodies, gravity = _bodies(commands, state), _gravity(commands.fixes_of("gravity"))
-    walls, laws = _walls(commands, bodies, state)
-    laws = {**_pair_laws(commands, state["type"]), **laws}
+    walls, at_walls = _walls(commands, bodies, state)
+    laws = {**_pair_laws(commands, state["type"]), **at_walls}
     ends = tuple(accumulate(test.segments))
     steps = max(ends[-1], 1)
     at_start = Segment(
@@ -69,6 +120,7 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
     if flat and (out_of_plane or gravity[2] or np.ptp(state["z"])):
         raise NotUnderstoodError("dimension 2: a sphere that leaves the plane is not understood")
     x, y, z = (None if math.isnan(length) else float(length) for length in state["period"])
+    style = commands.last["pair_style"][0]
     scene = Scene(
         bodies=bodies,
         walls=walls,
@@ -82,13 +134,12 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
         every=math.gcd(*ends) or 1,
         segments=() if any(body.motion == "free" for body in bodies) else (at_start,),
         setups=ends[:-1],
-        pairs=() if commands.last["pair_style"] == ["none"] else None,
+        pairs=() if style == "none" else None,
     )
-    old = commands.last["pair_style"][0].startswith("gran/")
-    rules = Rules(torque_lever="radius" if old else "contact_point")
+    rules = Rules(torque_lever="radius" if style.startswith("gran/") else "contact_point")
     default = SKINS.get(commands.last["units"][0], "0.1")
     skin = _float(commands.last.get("neighbor", [default])[0], "neighbor")
-    return Reading(scene, rules, ends, skin, commands.list_steps, commands.setups)
+    return Reading(scene, rules, ends, skin, max(commands.lists.values()), commands.setups)
 
 
 # ---- commands
@@ -126,39 +177,35 @@ LIST_STEPS = 10  # that a neighbour list lasts by default, in releases before 20
 SKINS = {"lj": "0.3", "si": "0.001"}  # of neighbour lists by default, 0.1 in other units
 
 
-class _Commands(NamedTuple):
+class _Commands:
     """The words of a run: those of each command's last one, of fixes from the group on."""
 
-    last: dict[str, Words]
-    fixes: dict[str, Words]  # by name
-    coefficients: list[Words]
-    list_steps: int
-    setups: int
+    def __init__(self, test: UpstreamTest, log: str) -> None:
+        self.last: dict[str, Words] = {"dimension": ["3"], "units": ["lj"]}
+        self.fixes: dict[str, Words] = {}  # by name
+        self.coefficients: list[Words] = []
+        self.lists = {"delay": LIST_STEPS, "every": LIST_STEPS}
+        self.setups = 1
+        for command, *words in executed_commands(test, log):
+            check_words([command, *words])
+            self.last[command] = words
+            if command == "run":
+                self.setups += 1
+            elif command == "fix":
+                self.fixes[words[0]] = words[1:]
+            elif command == "unfix":
+                self.fixes.pop(words[0], None)
+            elif command == "pair_style":
+                self.coefficients.clear()
+            elif command == "pair_coeff":
+                self.coefficients.append(words)
+            elif command == "neigh_modify":
+                rows = pairwise(words)
+                self.lists |= {k: int(_float(v, command)) for k, v in rows if k in self.lists}
 
     def fixes_of(self, style: str) -> list[Words]:
         """Return the fixes of a style, as words from the group on."""
         return [words for words in self.fixes.values() if words[1] == style]
-
-
-def _read_commands(test: UpstreamTest, log: str) -> _Commands:
-    last: dict[str, Words] = {"dimension": ["3"], "units": ["lj"]}
-    commands, lists = _Commands(last, {}, [], 0, 1), {"delay": LIST_STEPS, "every": LIST_STEPS}
-    for command, *words in executed_commands(test, log):
-        check_words([command, *words])
-        commands.last[command] = words
-        if command == "run":
-            commands = commands._replace(setups=commands.setups + 1)
-        elif command == "fix":
-            commands.fixes[words[0]] = words[1:]
-        elif command == "unfix":
-            commands.fixes.pop(words[0], None)
-        elif command == "pair_style":
-            commands.coefficients.clear()
-        elif command == "pair_coeff":
-            commands.coefficients.append(words)
-        elif command == "neigh_modify":
-            lists |= {k: int(_float(word, command)) for k, word in pairwise(words) if k in lists}
-    return commands._replace(list_steps=max(lists.values()))
 
 
 def executed_commands(test: UpstreamTest, log: str) -> Iterator[Words]:
@@ -236,9 +283,8 @@ def _bodies(commands: _Commands, state: State) -> tuple[Body, ...]:
 
     if not len(state["id"]):
         raise NotUnderstoodError("it has no sphere at the start")
-    free, carried, discs = (
-        fixes_on("nve/sphere"), fixes_on("nve/noforce"), fixes_on("nve/sphere", "disc")
-    )  # fmt: skip
+    free, carried = fixes_on("nve/sphere"), fixes_on("nve/noforce")
+    discs = fixes_on("nve/sphere", "disc")
     if (free + carried).max() > 1.0:
         raise NotUnderstoodError("fix nve/sphere: a sphere is moved twice")
     for group, style, *_ in commands.fixes_of("gravity") + commands.fixes_of("viscous"):
@@ -271,31 +317,23 @@ def _gravity(fixes: Sequence[Words]) -> tuple[float, float, float]:
 
 def _walls(
     commands: _Commands, bodies: Sequence[Body], state: State
-) -> tuple[tuple[Wall, ...], dict[tuple[int, int], Law]]:
-    """Return the walls, and their laws by the types of body and wall."""
+) -> tuple[tuple[Wall, ...], Laws]:
+    """Return the planes of flat ``fix wall/gran``, and their laws by the types of body and wall."""
     walls: list[Wall] = []
-    laws: dict[tuple[int, int], Law] = {}
-    for group, _, *words in commands.fixes_of("wall/gran"):
-        law, planes = _planes(words, WALL_TYPES + len(walls), _members(state, group))
-        walls += planes
-        laws |= {(body.type, wall.type): law for body in bodies for wall in planes}
+    laws: Laws = {}
+    for group, _, style, *words in commands.fixes_of("wall/gran"):
+        place = next((at for at, word in enumerate(words) if word in PLANES), len(words))
+        _check_keywords("fix wall/gran", words[place + 3 :], {})
+        law = granular_law(words[:place]) if style == "granular" else old_law(style, words[:place])
+        axis = np.eye(3)[PLANES[words[place]]]
+        members = tuple(np.flatnonzero(_members(state, group)).tolist())
+        kind = WALL_TYPES + len(walls)
+        for word, sign in zip(words[place + 1 :], (1.0, -1.0), strict=True):
+            if word != "NULL":
+                point, direction = tuple(_float(word, "fix wall/gran") * axis), tuple(sign * axis)
+                walls.append(Wall(point=point, direction=direction, type=kind, bodies=members))
+                laws |= {(body.type, kind): law for body in bodies}
     return tuple(walls), laws
-
-
-def _planes(words: Words, kind: int, members: Floats) -> tuple[Law, list[Wall]]:
-    """Return the law and the planes of the words of a flat ``fix wall/gran``, of type ``kind``."""
-    place = next((at for at, word in enumerate(words) if word in PLANES), len(words))
-    _check_keywords("fix wall/gran", words[place + 3 :], {})
-    style, *numbers = words[:place]
-    law = granular_law(numbers) if style == "granular" else old_law(style, numbers)
-    axis, bodies = np.eye(3)[PLANES[words[place]]], tuple(np.flatnonzero(members).tolist())
-    places = [
-        (_float(word, "fix wall/gran") * axis, sign * axis)
-        for word, sign in zip(words[place + 1 :], (1.0, -1.0), strict=True)
-        if word != "NULL"
-    ]
-    return law, [Wall(point=tuple(point), direction=tuple(normal), type=kind, bodies=bodies)
-                 for point, normal in places]  # fmt: skip
 
 
 # ---- laws
@@ -383,7 +421,7 @@ def _acting_law(values: dict[str, Any]) -> Law:
         raise NotUnderstoodError(f"its law is not one of the reference: {error}") from None
 
 
-def _pair_laws(commands: _Commands, types: Floats) -> dict[tuple[int, int], Law]:
+def _pair_laws(commands: _Commands, types: Floats) -> Laws:
     """Return the laws of all pairs of types of the bodies."""
     kinds = sorted({int(kind) for kind in types})
     pairs = list(combinations_with_replacement(kinds, 2)) if len(types) > 1 else []
@@ -391,36 +429,27 @@ def _pair_laws(commands: _Commands, types: Floats) -> dict[tuple[int, int], Law]
     if style.startswith("gran/"):
         return dict.fromkeys(pairs, old_law(style.removeprefix("gran/"), numbers))
     _check_keywords("pair_style", [style, *numbers], {"granular": 0, "none": 0})
-    explicit: dict[tuple[int, int], Law] = {}
+    explicit: Laws = {}
     for first, second, *words in commands.coefficients:
         for i, j in pairs:
             if any(_covers(first, a) and _covers(second, b) for a, b in ((i, j), (j, i))):
                 explicit[i, j] = granular_law(words)
-    pairs = pairs if explicit else []
+    if not explicit:
+        return {}
     return {
         (i, j): explicit.get((i, j)) or mixed_law(explicit[i, i], explicit[j, j]) for i, j in pairs
     }
 
 
-def _covers(span: str, kind: int) -> bool:
-    """Return whether a type is in ``2``, ``*``, ``2*``, ``*3`` or ``2*3``."""
-    if not re.fullmatch(r"\d+|\d*\*\d*", span):
-        raise NotUnderstoodError(f"pair_coeff: {span!r} is not understood")
-    low, star, high = span.partition("*")
-    return int(low or 1) <= kind <= (int(high or kind) if star else int(low))
+def _covers(word: str, kind: int) -> bool:
+    if word != "*" and not word.isdecimal():
+        raise NotUnderstoodError(f"pair_coeff: {word!r} is not understood")
+    return word in ("*", str(kind))
 
 
 def mixed_law(first: Law, second: Law) -> Law:
-    """Return the law of two types by LAMMPS's manual: two materials, else geometric means."""
-    values: dict[str, Any] = {}
-    for name, value in first:
-        other = getattr(second, name)
-        if name in ("youngs_modulus", "poisson_ratio"):
-            values |= {name: value, f"partner_{name}": other}
-        elif isinstance(value, float) and isinstance(other, float):
-            values[name] = math.sqrt(value * other)
-        elif value != other:
-            raise NotUnderstoodError(f"pair_coeff: types of other {name} are not mixed here")
-        elif not name.startswith("partner_"):
-            values[name] = value
-    return Law(**values)
+    """Return the law of two types that LAMMPS mixes; their materials alone may differ."""
+    moduli = {name: getattr(second, name) for name in ("youngs_modulus", "poisson_ratio")}
+    if first.replace(**moduli) != second:
+        raise NotUnderstoodError("pair_coeff: types of other coefficients are not mixed here")
+    return first.replace(**{f"partner_{name}": value for name, value in moduli.items()})

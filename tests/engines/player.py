@@ -72,7 +72,6 @@ def misbehave(mode, log):
         "not a number": (LOG.replace("finished", "not_a_number"), series),
         "nan": (LOG, series.replace(",1,0,-1", ",nan,0,-1")),
         "half a row": (LOG, series[: series.rindex(",")] + "\n"),
-        "half a series": (LOG, series[: series.rindex(",")]),
     }.get(mode, (LOG, series))
 
 
@@ -82,15 +81,14 @@ def main(code, mode):
         version = mode.removeprefix("version ") if mode.startswith("version ") else "9.9"
         print(ANSWERS[code].replace("{}", version))
         return
-    batch = Path("batch.in").read_text("utf-8")
-    for job in re.split(r"^log ", batch, flags=re.MULTILINE)[1:]:
-        log = Path(job.split()[0])
-        speed = float(re.search(r"variable (?:vx|sideways) index (\S+)", job)[1])
+    for place in re.findall(r"^shell cd (\d+)", Path("batch.in").read_text("utf-8"), re.MULTILINE):
+        folder = Path(place)
+        script = (folder / "in.lmp").read_text("utf-8")
+        speed = float(re.search(r"variable (?:vx|sideways) +index (\S+)", script)[1])
+        log = folder / "log.lammps"
         end, rows = misbehave(mode, log) if speed == 13.0 else (LOG, table(speed))
-        log.with_suffix(".csv").write_text(rows, encoding="utf-8")
+        (folder / "series.csv").write_text(rows, encoding="utf-8")
         log.write_text(end, encoding="utf-8")
-    if mode.startswith("late "):
-        misbehave(mode.removeprefix("late "), Path(os.devnull))
 
 
 if __name__ == "__main__":

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.engines.lammps.scene_script import rules
-from harness.engines.lammps.scene_variations import variations
+from harness.engines.lammps.scene import rules, variations
 from harness.errors import EngineError
 from harness.model.scene import Scene, Segment, Wall, sphere
 from harness.results.defects import Trial, error_defect, explanation

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.upstream.definition import UpstreamTest
+from harness.upstream.scene import UpstreamTest
 
 COMMANDS = """
 units si

@@ -5,16 +5,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.engines.process import Limits
 from harness.errors import EngineNaNError
 from harness.model.conventions import Faults
 from harness.results.rows import rows_of
 from harness.solvers import reference
 from harness.store.committed import known_defects
 from harness.upstream import judging
-from harness.upstream.definition import COLUMNS, RECORDED, read_state, read_test, run_test
-from harness.upstream.judging import MOTION, RECORDED_MOTION, STEP_ERROR, run_upstream, sections
-from harness.upstream.scene import read_scene
+from harness.upstream.judging import (
+    MOTION,
+    RECORDED_MOTION,
+    read_state,
+    read_test,
+    run_test,
+    run_upstream,
+    sections,
+)
+from harness.upstream.scene import COLUMNS, RECORDED, read_scene
 from tests.upstream.conftest import askew, named
 
 HERE = Path(__file__).parent
@@ -34,9 +40,9 @@ def rows_by_key(run):
     return {(row.setup, row.quantity, row.check): row for row in rows_of(run.rows)}
 
 
-def outcome(test, lmp, **options):
+def outcome(test, lmp):
     """Return the rows of the recorded motion and of the motion of one test, newton off."""
-    rows = rows_by_key(run_upstream([test], {"here": lmp}, **options))
+    rows = rows_by_key(run_upstream([test], {"here": lmp}))
     return [rows[test.name, quantity, "newton off"] for quantity in (RECORDED_MOTION, MOTION)]
 
 
@@ -66,18 +72,6 @@ def test_the_files_of_users_pass(lmp):
     motions = run.rows[run.rows["quantity"] == MOTION]
     assert list(motions["verdict"]) == ["pass"] * 8
     assert motions["value"].max() < 1e-12
-    steps = run.rows[run.rows["quantity"] == STEP_ERROR]["value"]
-    assert len(steps) == 4
-    assert steps.between(1e-12, 1e-3).all()
-
-
-def test_arguments_of_the_program_reach_it(lmp):
-    """With them fix nve/sphere/omp runs, which in LAMMPS takes a disc for a sphere."""
-    verdicts = [
-        outcome(read_test(HERE / f"plane-{body}.yaml"), f"{lmp} -sf omp")[1].verdict
-        for body in ("sphere", "disc")
-    ]
-    assert verdicts == ["pass", "fail"]
 
 
 # ---- records, wrong laws and known defects
@@ -191,17 +185,13 @@ def test_a_coefficient_off_by_1e_6_fails(coefficient, lmp, monkeypatch):
 # ---- runs that go wrong
 
 
-@pytest.mark.parametrize(
-    ("command", "status", "word"),
-    [("no_such_command", 3, "Unknown command"), ("quit 7", 3, "exit status 7")],
-)
-def test_a_run_that_goes_wrong_is_a_row_and_the_others_go_on(lmp, command, status, word):
-    run = run_upstream([named(askew(command), name="wrong"), askew()], {"here": lmp})
+def test_a_run_that_goes_wrong_is_a_row_and_the_others_go_on(lmp):
+    run = run_upstream([named(askew("no_such_command"), name="wrong"), askew()], {"here": lmp})
     rows = rows_by_key(run)
     assert rows["wrong", RECORDED_MOTION, "newton on"].verdict == "fail"
-    assert word in rows["wrong", MOTION, "newton off"].note
+    assert "Unknown command" in rows["wrong", MOTION, "newton off"].note
     assert rows["askew", MOTION, "newton off"].verdict == "pass"
-    assert run.status == status
+    assert run.status == 3
 
 
 @pytest.mark.parametrize(
@@ -235,10 +225,3 @@ def test_a_list_that_may_miss_a_contact_is_not_tested(command, lmp):
     assert set(run.rows["verdict"]) == {"not tested"}
     motion = rows_by_key(run)["askew", MOTION, "newton on"]
     assert "may miss contacts" in motion.note
-
-
-def test_a_run_that_hangs_is_ended(lmp):
-    test = named(askew(), segments=(2_000_000_000,))
-    record, motion = outcome(test, lmp, limits=Limits(seconds=1.0))
-    assert "did not finish within 1 s" in record.note
-    assert motion.failure == "out of time"

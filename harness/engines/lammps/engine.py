@@ -6,6 +6,7 @@ import math
 import os
 import re
 import shlex
+import threading
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -14,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from harness.engines.base import Job, Traits
+from harness.engines.lammps import DEFORMABLE
 from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
-from harness.engines.lammps.workers import DEFORMABLE, InProcess
 from harness.engines.lammps_language import (
     LammpsLanguage,
     closing_error,
@@ -26,11 +27,12 @@ from harness.engines.output import Output, Provenance, read_dump, release_of
 from harness.engines.process import Batches, Limits, dealt, first_words, text_of, way_of_death
 from harness.engines.registry import find_program, launcher_of, program_of_python, program_words
 from harness.engines.scripts import Task
-from harness.errors import EngineError, EngineMissingError, RequestError
+from harness.errors import EngineCrashError, EngineError, EngineMissingError, RequestError
 from harness.files import processes_with_room
 
 if TYPE_CHECKING:
-    from harness.engines.lammps.scene_script import Variation
+    from harness.engines.lammps.inprocess import InProcess
+    from harness.engines.lammps.scene import Variation
     from harness.model.conventions import Rules
     from harness.model.scene import Motion, Scene
 
@@ -78,6 +80,8 @@ class Lammps(LammpsLanguage):
         program: str | None = None,
     ) -> None:
         self._environment = ExitStack()
+        self._inprocess: InProcess | None = None
+        self._opening = threading.Lock()
         self._launcher = [] if launcher is None else program_words("mpirun", launcher)
         command = _executable(lmp, launcher, program)
         super().__init__(command, workers, limits)
@@ -85,7 +89,6 @@ class Lammps(LammpsLanguage):
         self._identified_by = command, launcher
         # MPI dies where shared memory is full
         self.workers = 1 if launcher else min(self.workers, processes_with_room() or self.workers)
-        self._inprocess = None if self.program else InProcess(self.workers, self.limits)
 
     @classmethod
     def find(cls, program: str | None) -> str:
@@ -136,8 +139,8 @@ class Lammps(LammpsLanguage):
         Raise EngineMissingError where it is not a LAMMPS with the GRANULAR package, does not load,
         or does not start with its arguments or its launcher.
         """
-        if self._inprocess is not None:
-            return self._inprocess.identify()
+        if not self.program:
+            return self._library().identify()
         answer, ended = self.ask([self.program, "-h"])
         try:
             version = version_in(answer)
@@ -181,9 +184,9 @@ class Lammps(LammpsLanguage):
 
     def rules(self, scene: Scene) -> Rules:
         """Return the conventions by which this release runs a scene."""
-        from harness.engines.lammps import scene_script
+        from harness.engines.lammps.scene import rules
 
-        return scene_script.rules(scene, self._release)
+        return rules(scene, self._release)
 
     @property
     def _release(self) -> str | None:
@@ -194,7 +197,7 @@ class Lammps(LammpsLanguage):
 
     def variations(self, scene: Scene) -> Sequence[tuple[str, Scene]]:
         """Return those of newton, neighbours, boundaries, ranks, runs and restarts."""
-        from harness.engines.lammps.scene_variations import variations
+        from harness.engines.lammps.scene import variations
 
         most = 1 if self._launcher else 8  # a launcher that is given has ranks of its own
         rows = variations(scene)
@@ -202,13 +205,13 @@ class Lammps(LammpsLanguage):
 
     def scene_script(self, job: Job) -> str:
         """Return the plain script of a job's scene."""
-        from harness.engines.lammps.scene_script import script
+        from harness.engines.lammps.scene import script
 
         return script(*_scene_and_variation(job))
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motions of scenes by the executable, in-process by the library's own."""
-        from harness.engines.lammps.scene_script import needs_new_process
+        from harness.engines.lammps.scene import needs_new_process
 
         rows = [_scene_and_variation(job) for job in jobs]
         outcomes: dict[int, Motion | EngineError] = {}
@@ -246,7 +249,7 @@ class Lammps(LammpsLanguage):
         Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError
         for one that is not finite.
         """
-        from harness.engines.lammps.scene_script import SAMPLES
+        from harness.engines.lammps.scene import SAMPLES
         from harness.engines.scenes import motion_of_table
 
         motion = motion_of_table(
@@ -295,15 +298,25 @@ class Lammps(LammpsLanguage):
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks in the workers, or through the executable."""
-        if self._inprocess is None:
-            return super().execute(tasks)
-        return self._inprocess.run(tasks, self.output)
+        return super().execute(tasks) if self.program else self._library().run(tasks, self.output)
+
+    def _library(self) -> InProcess:
+        """Return the workers, which are made for the first run: a kept one does without numpy."""
+        from harness.engines.lammps.inprocess import InProcess
+
+        with self._opening:
+            if self.processes.closed:
+                raise EngineCrashError("LAMMPS (in-process) was closed")
+            if self._inprocess is None:
+                self._inprocess = InProcess(self.workers, self.limits)
+            return self._inprocess
 
     def close(self) -> None:
         """End LAMMPS's processes."""
-        if self._inprocess is not None:
-            self._inprocess.close()
         super().close()
+        with self._opening:
+            if self._inprocess is not None:
+                self._inprocess.close()
         self._environment.close()
 
 
@@ -316,8 +329,7 @@ def _dealt(alone: Sequence[bool], hands: int) -> list[list[int]]:
 
 def _scene_and_variation(job: Job) -> tuple[Scene, Variation]:
     """Return the scene of a job and the options with which LAMMPS runs it."""
-    from harness.engines.lammps.scene_script import PLAIN
-    from harness.engines.lammps.scene_variations import variations
+    from harness.engines.lammps.scene import PLAIN, variations
 
     assert job.scene is not None
     scene, variation = job.scene, PLAIN

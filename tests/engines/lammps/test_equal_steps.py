@@ -10,8 +10,7 @@ import pytest
 
 from harness.engines.base import scene_job
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.scene_script import rules
-from harness.engines.lammps.scene_variations import variations
+from harness.engines.lammps.scene import rules, variations
 from harness.errors import EngineError
 from harness.model.conventions import Faults
 from harness.model.law import COEFFICIENTS

@@ -12,7 +12,7 @@ import pytest
 from harness.cases.drop import CASE, TEMPLATE, values_of
 from harness.engines.base import Job
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.workers import InProcess, Worker
+from harness.engines.lammps.inprocess import InProcess, Worker
 from harness.engines.process import Limits
 from harness.engines.scripts import Script, Task
 from harness.errors import (
@@ -112,7 +112,7 @@ def test_a_bad_output_has_its_log_and_does_not_end_the_process(tmp_path):
 
 
 def test_a_process_starts_without_pydantic():
-    code = "import sys, harness.engines.lammps.workers; sys.exit('pydantic' in sys.modules)"
+    code = "import sys, harness.engines.lammps.inprocess; sys.exit('pydantic' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
@@ -138,7 +138,7 @@ def test_provenance_names_release_packages_and_library(runner):
 
 OWNER = """
 import sys, threading, time
-from harness.engines.lammps.workers import InProcess
+from harness.engines.lammps.inprocess import InProcess
 from harness.engines.process import Limits
 from tests.engines.lammps.test_inprocess import ENDLESS, GOOD, run
 runner = InProcess(2, Limits())

@@ -74,7 +74,3 @@ def test_errors_of_liggghts_are_in_the_same_words(name, kind):
 
 def test_a_signal_is_the_reason_whatever_the_log_ends_with(recorded):
     assert isinstance(error_from_text(recorded("lost-atom.log"), -11), EngineCrashError)
-
-
-def test_an_echo_of_a_script_is_no_error():
-    check_log("print 'ERROR: the grain is lost'\n")

