@@ -159,6 +159,71 @@ def failed_run(blank: Row, error: EngineError, text: str = "") -> Row:
     return failed(blank, failure, f"{error.kind}: {text or error}", error.log)
 
 
+# ---- checks at equal steps: each quantity of a run against the reference's
+
+
+def equal_steps_check(
+    quantity: Quantity[Any],
+    values: Callable[[Bench], Mapping[str, float]],
+    expected: Callable[[Bench], Mapping[str, float]],
+    width: float,
+    *,
+    exact: float | None,
+    **fields: Any,
+) -> Check:
+    """Return the check of a quantity among the values of a run, each computed once in a bench.
+
+    ``width`` is the tolerance [unit of the quantity], ``fields`` are more of the check. The note
+    has the error of the step where there is an ``exact`` value.
+    """
+    name = quantity.name
+
+    def measure(bench: Bench) -> Value:
+        value = bench.once(values, bench)[name]
+        if exact is None:
+            return Value(value)
+        error = bench.once(expected, bench)[name] - exact
+        return Value(value, note=f"error of the step {error:.2g} (closed form {exact:.9g})")
+
+    return Check(
+        quantity=name,
+        unit=quantity.unit,
+        measure=measure,
+        expected=lambda bench: bench.once(expected, bench)[name],
+        tolerance=Tolerance(absolute=width, reason=REASON),
+        **fields,
+    )
+
+
+def equal_steps_checks(
+    case: Case[P], engine: Engine, setups: Mapping[str, P], level: Level = "quick"
+) -> Iterator[Check]:
+    """Yield a check of each quantity of one run in each setup, by the name of the setup.
+
+    The tolerance is a part of the quantity's scale, and the last digit of the engine's output.
+    """
+    digits = 10.0 ** (1 - engine.traits.digits)
+    for setup, parameters in setups.items():
+        job, exact = case.job(parameters), case.exact(parameters)
+        values, expected = partial(_measured, case, parameters), partial(case.reference, parameters)
+        for quantity in case.quantities:
+            if not quantity.varies:  # a search of several runs
+                yield equal_steps_check(
+                    quantity,
+                    values,
+                    expected,
+                    (ROUND_OFF + digits) * quantity.size(parameters),
+                    exact=exact.get(quantity.name),
+                    setup=setup,
+                    level=level,
+                    jobs=(job,),
+                )
+
+
+def _measured(case: Case[P], parameters: P, bench: Bench) -> Mapping[str, float]:
+    return case.measure(parameters, bench.output(case.job(parameters)))
+
+
 # ---- failures explained: known defects, defects that are gone, conventions that would pass
 
 
@@ -291,68 +356,3 @@ class _Run:
 
 def _passes(bench: Bench, check: Check, row: Row) -> bool:
     return row_in(bench, check, row).verdict is Verdict.PASS
-
-
-# ---- checks at equal steps: each quantity of a run against the reference's
-
-
-def equal_steps_check(
-    quantity: Quantity[Any],
-    values: Callable[[Bench], Mapping[str, float]],
-    expected: Callable[[Bench], Mapping[str, float]],
-    width: float,
-    *,
-    exact: float | None,
-    **fields: Any,
-) -> Check:
-    """Return the check of a quantity among the values of a run, each computed once in a bench.
-
-    ``width`` is the tolerance [unit of the quantity], ``fields`` are more of the check. The note
-    has the error of the step where there is an ``exact`` value.
-    """
-    name = quantity.name
-
-    def measure(bench: Bench) -> Value:
-        value = bench.once(values, bench)[name]
-        if exact is None:
-            return Value(value)
-        error = bench.once(expected, bench)[name] - exact
-        return Value(value, note=f"error of the step {error:.2g} (closed form {exact:.9g})")
-
-    return Check(
-        quantity=name,
-        unit=quantity.unit,
-        measure=measure,
-        expected=lambda bench: bench.once(expected, bench)[name],
-        tolerance=Tolerance(absolute=width, reason=REASON),
-        **fields,
-    )
-
-
-def equal_steps_checks(
-    case: Case[P], engine: Engine, setups: Mapping[str, P], level: Level = "quick"
-) -> Iterator[Check]:
-    """Yield a check of each quantity of one run in each setup, by the name of the setup.
-
-    The tolerance is a part of the quantity's scale, and the last digit of the engine's output.
-    """
-    digits = 10.0 ** (1 - engine.traits.digits)
-    for setup, parameters in setups.items():
-        job, exact = case.job(parameters), case.exact(parameters)
-        values, expected = partial(_measured, case, parameters), partial(case.reference, parameters)
-        for quantity in case.quantities:
-            if not quantity.varies:  # a search of several runs
-                yield equal_steps_check(
-                    quantity,
-                    values,
-                    expected,
-                    (ROUND_OFF + digits) * quantity.size(parameters),
-                    exact=exact.get(quantity.name),
-                    setup=setup,
-                    level=level,
-                    jobs=(job,),
-                )
-
-
-def _measured(case: Case[P], parameters: P, bench: Bench) -> Mapping[str, float]:
-    return case.measure(parameters, bench.output(case.job(parameters)))
