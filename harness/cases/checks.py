@@ -230,31 +230,40 @@ def _measured(case: Case[P], parameters: P, bench: Bench) -> Mapping[str, float]
 def _explained(
     bench: Bench, checks: Sequence[Check], rows: Sequence[Row], defects: Sequence[KnownDefect]
 ) -> list[Row]:
-    groups: dict[object, list[int]] = {}  # of a run; a check without a scene is one by itself
-    for place, check in enumerate(checks):
+    groups: dict[object, list[tuple[Check, Row]]] = {}  # of a run; alone without a scene
+    for check, row in zip(checks, rows, strict=True):
         scenes = [(j.scene, j.values.get("variation")) for j in check.jobs if j.scene is not None]
-        groups.setdefault(tuple(scenes) or place, []).append(place)
+        groups.setdefault(tuple(scenes) or row.key, []).append((check, row))
     runs = []
-    for places in groups.values():
-        of_run = [rows[place] for place in places]
-        alike = {(row.setup, row.check): row for row in of_run}.values()
+    for group in groups.values():
+        alike = {(row.setup, row.check): row for _, row in group}.values()
         acting = [defect for defect in defects if any(map(defect.concerns, alike))]
-        runs.append(_Run(bench, [checks[place] for place in places], of_run, acting))
-    marked = list(rows)
-    for places, run in zip(groups.values(), parallel_map(_Run.marked, runs, cores()), strict=True):
-        for place, row in zip(places, run, strict=True):
-            marked[place] = row
-    return marked
+        runs.append(_Run(bench, group, acting))
+    marked = {row.key: row for run in parallel_map(_Run.marked, runs, cores()) for row in run}
+    return [marked[row.key] for row in rows]
 
 
 @dataclass(frozen=True)
 class _Run:
-    """The rows of checks that share their scenes, with the defects that may act in one of them."""
+    """The checks and rows that share their scenes, with the defects that may act in one of them."""
 
     bench: Bench
-    checks: Sequence[Check]
-    rows: Sequence[Row]
+    judged: Sequence[tuple[Check, Row]]
     defects: Sequence[KnownDefect]
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        return [row for _, row in self.judged]
+
+    @cached_property
+    def deciding(self) -> list[tuple[Check, Row]]:
+        """The checks with rows that decide about the run: they are judged against other codes."""
+        verdicts = (Verdict.PASS, Verdict.FAIL)
+        return [
+            (check, row)
+            for check, row in self.judged
+            if row.kind is Kind.CROSS_CODE and row.verdict in verdicts
+        ]
 
     def marked(self) -> list[Row]:
         failing = [row for row in self.rows if row.verdict is Verdict.FAIL]
@@ -317,16 +326,9 @@ class _Run:
         return [row.key for check, row in self.deciding if not _passes(bench, check, row)]
 
     @cached_property
-    def deciding(self) -> list[tuple[Check, Row]]:
-        """The checks with rows that decide about the run: they are judged against other codes."""
-        pairs = zip(self.checks, self.rows, strict=True)
-        judged = (Verdict.PASS, Verdict.FAIL)
-        return [(c, r) for c, r in pairs if r.kind is Kind.CROSS_CODE and r.verdict in judged]
-
-    @cached_property
     def trial(self) -> Trial | None:
         """The run as a trial, None without a scene or a row that decides."""
-        jobs = [job for job in self.checks[0].jobs if job.scene is not None]
+        jobs = [job for job in self.judged[0][0].jobs if job.scene is not None]
         if not jobs or not self.deciding:
             return None
         try:
