@@ -19,7 +19,7 @@ from harness.compiled import compiled, shielded
 from harness.errors import EngineNaNError, RequestError
 from harness.model.conventions import Rules
 from harness.model.scene import Floats, Scene
-from harness.solvers.chain import Chain, ChainMotion, Flags, Progress, Scheme, solve
+from harness.solvers.chain import Chain, ChainMotion, Flags, Progress, Scheme, compliance, solve
 from harness.solvers.kernels import (
     FORCE,
     GO_ON,
@@ -235,6 +235,7 @@ def run_columns(scene: Scene, height: int) -> Floats:
     """
     grain, rest = scene.bodies[0], np.array([body.position for body in scene.bodies[1:]])
     shape = rest.shape[0] // height, height
+    diagonal, coupling = compliance(np.ones(height + 1), True)
     columns = _Columns(
         y=rest[:, 1].copy(),
         v=np.zeros(len(rest)),
@@ -246,7 +247,9 @@ def run_columns(scene: Scene, height: int) -> Floats:
         first=scene.law.dashpot(grain.mass, grain.radius, 0.0),
         inside=scene.law_of(1, 1).dashpot(grain.mass, grain.radius, 0.0),
         clipped=scene.law.clipped,
-        gravity=np.array(scene.gravity[:2]),
+        gravity=np.array(scene.gravity),
+        diagonal=diagonal,
+        coupling=coupling,
         closed=np.zeros(shape, np.bool_),
         factor=np.zeros((shape[0], 3, height)),
         work=np.zeros((2, height)),
@@ -272,7 +275,9 @@ class _Columns(NamedTuple):
     first: float  # [kg/s] dashpot of the grain's contacts
     inside: float  # [kg/s] of those within columns
     clipped: bool
-    gravity: Floats  # (2,)
+    gravity: Floats  # (3,)
+    diagonal: Floats  # (height,) [1] of particles of unit stiffness
+    coupling: Floats
     closed: Flags  # (columns, height)
     factor: Floats  # (columns, 3, height)
     work: Floats  # (2, height) overlaps, compressions
@@ -307,9 +312,7 @@ def _set_accelerations(columns: _Columns) -> None:
     d, k, pull = columns.diameter, columns.stiffness, columns.grain[0, FORCE]
     at, speed = columns.grain[0, POSITION], columns.grain[0, VELOCITY]
     overlap, press = columns.work
-    ones, halves = np.ones(n), np.full(n, 0.5)
-    halves[n - 1] = 0.0
-    pull[:2] = columns.gravity
+    pull[0], pull[1] = columns.gravity[0], columns.gravity[1]
     for i in range(count):
         column = slice(i * n, (i + 1) * n)
         y, v, a = columns.y[column], columns.v[column], columns.a[column]
@@ -320,9 +323,11 @@ def _set_accelerations(columns: _Columns) -> None:
         for j in range(1, n):
             overlap[j] = d - (y[j - 1] - y[j])
         closed, factor = columns.closed[i], columns.factor[i]
-        if not solve(overlap, ones, halves, closed, factor, press, SLACK * d):
+        diagonal, coupling = columns.diagonal, columns.coupling
+        if not solve(overlap, diagonal, coupling, closed, factor, press, SLACK * d):
             pull[0] = math.nan
-        a[:] = columns.gravity[1]
+        for j in range(n):
+            a[j] = columns.gravity[1]
         parting = ((speed[0] * dx) + (speed[1] - v[0]) * dy) / distance
         force = _force(columns, k * press[0], parting, columns.first)
         pull[0] += force * dx / distance / columns.mass

@@ -26,6 +26,7 @@ from harness.model.law import DAMPING, Law
 from harness.model.scene import Body, Floats, Scene, effective_mass, effective_radius
 from harness.solvers import mdr, reference
 from harness.solvers.contacts import jkr_radius
+from harness.solvers.kernels import FORCE
 
 TOLERANCE = 1e-13  # relative, of a step of the integration
 MOST_STEPS = 100_000  # with those that are repeated
@@ -371,9 +372,10 @@ def _stepped_time(scene: Scene, step: float) -> float:
     """Return the time from touch to the end of the first contact in the reference [s]."""
     impact, steps = _impact(scene), int(LONGEST) * FINE_STEPS * 2
     for simulation in _looks(scene, step, steps, 0, FINE_STEPS // 4):
-        end = simulation.residual_overlap if impact.yields else impact.last_overlap
+        rest = float(simulation.system.sides["rest"][0].sum())  # of spheres that yielded
+        end = rest if impact.yields else impact.last_overlap
         gap, speed = _separation(simulation, end)
-        if gap > 0.0 and speed > 0.0 and not simulation.state[0, 3].any():
+        if gap > 0.0 and speed > 0.0 and not simulation.system.state[0, FORCE].any():
             # since it flies freely
             flight = 2.0 * gap / (speed + math.sqrt(speed * speed + 2.0 * impact.gravity * gap))
             return (simulation.step_number - 0.5) * step - flight
@@ -404,7 +406,7 @@ def _looks(
 
 def _separation(simulation: reference.Simulation, end: float) -> tuple[float, float]:
     """Return how far bodies are beyond an overlap ``end`` [m], and how fast they go on [m/s]."""
-    state, radii = simulation.state, simulation.radii
+    state, radii = simulation.system.state, simulation.system.bodies["radius"]
     if len(radii) == 1:
         return float(state[0, 0, 2] - radii[0] + end), float(state[0, 1, 2])
     separation, moving = state[0, 0] - state[1, 0], state[0, 1] - state[1, 1]

@@ -48,7 +48,7 @@ from harness.solvers.kernels import (
 Integers = NDArray[np.int64]
 
 HOOKE, _, DMT, JKR, MDR = words(Law, "normal").values()
-VERLET, EULER, _ = words(Rules, "scheme").values()
+VERLET, _, BASHFORTH = words(Rules, "scheme").values()
 PLANE, CYLINDER, _ = words(Wall, "shape").values()
 MAGNIFIED = words(Rules, "mdr_wall_force")["magnified"]
 WITHIN_RADIUS = words(Law, "heat")["radius"]
@@ -85,22 +85,24 @@ def take_steps(
     system: System, stages: Stages, number: int, steps: int, every: int, samples: Floats,
     temperatures: Floats,
 ) -> int:  # fmt: skip
-    """Take steps from step ``number`` on; return how many were taken: less where a look ends it."""
+    """Take steps from step ``number`` on; return how many were taken: less where a look ends it.
+
+    Where a run begins, with 0 steps and where a look says so, forces are set up: no spring moves.
+    """
     rules, bodies, state, movers = system.rules, system.bodies, system.state, system.movers
-    scheme, h = rules.scheme, rules.step
-    for k in range(number + 1, number + steps + 1):
-        if scheme == VERLET:
-            _kick(state, bodies, movers, 0.5 * h)
-            _move(state, movers, h)
-        elif scheme == EULER:
-            _kick(state, bodies, movers, h)
-            _move(state, movers, h)
-        else:  # Adams and Bashforth: v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+)
-            _move(state, movers, 0.5 * h)
-            _extrapolate(state, system.before)
-            _kick(state, bodies, movers, h)
-            _move(state, movers, 0.5 * h)
-        _set_forces(system, h, k * h)
+    scheme, h, k, sets_up = rules.scheme, rules.step, number, steps == 0
+    while k < number + steps or sets_up:
+        if not sets_up:
+            k += 1
+            if scheme == BASHFORTH:  # v+ = v + h/2 (3 a - a_before), x+ = x + h/2 (v + v+)
+                _move(state, movers, 0.5 * h)
+                _extrapolate(state, system.before)
+            _kick(state, bodies, movers, 0.5 * h if scheme == VERLET else h)
+            _move(state, movers, 0.5 * h if scheme == BASHFORTH else h)
+        _set_forces(system, 0.0 if sets_up else h, k * h)
+        if sets_up:
+            sets_up = False
+            continue
         if scheme == VERLET:
             _kick(state, bodies, movers, 0.5 * h)
         if rules.heats:
@@ -110,15 +112,8 @@ def take_steps(
         sequel = look(state, stages, k)
         if sequel == OVER:
             return k - number
-        if sequel != GO_ON:
-            set_up(system, k * h)
+        sets_up = sequel != GO_ON
     return steps
-
-
-@kernel
-def set_up(system: System, time: float) -> None:
-    """Set forces, torques and heat flows, and move no spring, as in the setup of a run."""
-    _set_forces(system, 0.0, time)
 
 
 @inlined

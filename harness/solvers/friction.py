@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from harness.model.base import ZERO, Vector
 from harness.model.conventions import Rules
 from harness.model.law import Law
@@ -229,7 +227,8 @@ def _torsion(
     if slides and kind == 1 and k > 0.0 and size(q) == 0.0 and not rules.slides_in_setup:
         force, spring = ZERO, q
     if slides and kind == 2 and rules.twisting_limit_by_rate:
-        force = scale(-cap * np.sign(dot(u, n)), n)
+        turning = dot(u, n)
+        force = scale(-cap * ((turning > 0.0) - (turning < 0.0)), n)
         spring = scale(-1.0 / k, add(force, scale(eta, u)))
     if not forgets:
         store(contact.springs[kind], spring)

@@ -256,13 +256,3 @@ def energy(state: Floats, stages: Stages) -> float:
         v = state[0, VELOCITY, k]
         total += 0.5 * v * v - stages.gravity[k] * state[0, POSITION, k]
     return float(stages.mass * total)
-
-
-def finished(stages: Stages) -> bool:
-    """Return whether the run is over before its last step."""
-    return bool(stages.progress[2])
-
-
-def ends(stages: Stages) -> Any:
-    """Return the start and the ends of stages so far, (K, 7), None of a scene without stages."""
-    return stages.rows[: stages.progress[1]].copy() if len(stages.places) else None

@@ -48,7 +48,7 @@ def _run(scene: Scene, rules: Rules | None, faults: Faults | None) -> Motion:
 
 
 class Simulation:
-    """A scene on its way, of which ``step_number`` steps are taken."""
+    """A scene on its way, as a ``system`` of records, of which ``step_number`` steps are taken."""
 
     def __init__(
         self, scene: Scene, rules: Rules | None = None, faults: Faults | None = None
@@ -56,89 +56,75 @@ class Simulation:
         rules = rules or Rules()
         scene = _mixed(scene, rules)
         self.scene, self.faults, self.step_number = scene, faults or Faults(), 0
-        self._system = _system(scene, rules, self.faults)
+        self.system = _system(scene, rules, self.faults)
         self._stages = kernels.stages_of(scene, rules)
         starts = np.cumsum([0, *(segment.steps for segment in scene.segments)]).tolist()
         self._segments = dict(zip(starts, scene.segments, strict=False))
         self._setups = {0, *self._segments, *scene.setups}
         self._events = sorted({*self._setups, *self.faults.torsion_reversed_at})
         rows = scene.steps // scene.every + 1  # those of steps that are not taken use no memory
-        self._samples = np.empty((rows, *self.state.shape))
-        self._temperatures = np.empty((rows, len(self.state)))
+        self._samples = np.empty((rows, *self.system.state.shape))
+        self._temperatures = np.empty((rows, len(self.system.state)))
         self._act()
-        self._samples[0], self._temperatures[0] = self.state, self._system.heat[:, 0]
-        kernels.keep(self.state, self._stages, 0)
+        self._samples[0], self._temperatures[0] = self.system.state, self.system.heat[:, 0]
+        kernels.keep(self.system.state, self._stages, 0)
 
     @property
     def over(self) -> bool:
         """Return whether all steps are taken, or a look ended the run."""
-        return self.step_number >= self.scene.steps or kernels.finished(self._stages)
+        return self.step_number >= self.scene.steps or bool(self._stages.progress[2])
 
     def advance(self, steps: int) -> None:
         """Take so many steps, with the segments, setups and stages of the scene on the way."""
         end = min(self.step_number + steps, self.scene.steps)
         while self.step_number < end and not self.over:
             events = [at for at in self._events if at > self.step_number]
-            steps = min([*events, end]) - self.step_number
-            samples = self.scene.every, self._samples, self._temperatures
-            self.step_number += shielded(
-                contacts.take_steps, self._system, self._stages, self.step_number, steps, *samples
-            )
+            self._take(min([*events, end]) - self.step_number)
             if not self.over:
                 self._act()
+
+    def _take(self, steps: int) -> None:
+        samples = self.scene.every, self._samples, self._temperatures
+        self.step_number += shielded(
+            contacts.take_steps, self.system, self._stages, self.step_number, steps, *samples
+        )
 
     def motion(self) -> Motion:
         """Return the samples so far; raise EngineNaNError where the motion is not finite."""
         taken = self.step_number // self.scene.every + 1
-        samples, ends = self._samples[:taken], kernels.ends(self._stages)
-        parts = (samples, self.state, 0.0 if ends is None else ends)
-        if not all(np.isfinite(part).all() for part in parts):
+        samples, ends = self._samples[:taken], self._stages.rows[: self._stages.progress[1]].copy()
+        if not all(np.isfinite(part).all() for part in (samples, self.system.state, ends)):
             raise EngineNaNError("reference: the motion is not finite (NaN)")
         time = np.arange(taken, dtype=np.float64) * (self.scene.every * self.scene.step)
         x, v, w, force, torque = (samples[:, :, part].copy() for part in range(PARTS))
-        warms = any(law.heat != "none" for law in self.scene.all_laws)
-        temperature = self._temperatures[:taken].copy() if warms else None
-        return Motion(time, x, v, w, force, torque, temperature, ends)
-
-    @property
-    def state(self) -> Floats:
-        """Return position, velocity, angular velocity, force and torque now, (N, 5, 3)."""
-        return self._system.state
-
-    @property
-    def radii(self) -> Floats:
-        """Return the radii of the bodies now [m], (N,): those of mdr grow."""
-        return np.array(self._system.bodies["radius"])
-
-    @property
-    def residual_overlap(self) -> float:
-        """Return the overlap [m] at which the first contact of mdr, which yielded, parts."""
-        return float(self._system.sides["rest"][0].sum())
+        temperature = self._temperatures[:taken].copy() if self.system.rules["heats"] else None
+        stages = ends if self.scene.stages else None
+        return Motion(time, x, v, w, force, torque, temperature, stages)
 
     def _act(self) -> None:
         """Prescribe velocities, change hands and set forces up, where this step is one to."""
-        number, state = self.step_number, self._system.state
+        number, state = self.step_number, self.system.state
         if number in self._segments:
             state[:, VELOCITY] = self._segments[number].velocities
             state[:, SPIN] = self._segments[number].angular_velocities
         if number in self.faults.torsion_reversed_at:
-            self._system.contacts["springs"][:, 1:] *= -1.0
+            self.system.contacts["springs"][:, 1:] *= -1.0
         if number in self._setups:
             self._set_up()
 
     def _set_up(self) -> None:
         """Compute forces by the velocities of the whole step, as codes do where a run begins."""
         if self.step_number and self.faults.springs_lost_in_setup:
-            self._system.contacts["springs"][:, 0] = 0.0
+            self.system.contacts["springs"][:, 0] = 0.0
         if self.step_number and self.faults.tsuji_again_in_setup:
-            laws = self._system.laws
+            laws = self.system.laws
             laws["restitution"] = tsuji(laws["restitution"])
             again = _tsuji_dashpot(laws["restitution"], self.faults)
             laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
-        shielded(contacts.set_up, self._system, self.step_number * self.scene.step)
+        self._take(0)
         if not self.step_number:
-            self._system.state[0, TORQUE] += self.faults.setup_torque
-        self._system.before[:] = self._system.state[:, FORCE:]
+            self.system.state[0, TORQUE] += self.faults.setup_torque
+        self.system.before[:] = self.system.state[:, FORCE:]
 
 
 # ---- the limit of small steps
