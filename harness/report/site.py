@@ -10,7 +10,7 @@ import json
 import posixpath
 import shutil
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,30 @@ RELEASES_OF = "lammps"  # the engine whose releases are a board
 LARGEST_FILE = 5_000_000  # bytes of a linked file that is copied
 NAVIGATION = {"README.md": "README", "reports/README.md": "How to read a report"}
 INDEX_FILES = ("README.md", "report.md", "report.html")  # of a folder that is linked to
+
+
+def site(output: Path, runs: Sequence[Path] = (), *, project: Path | None = None) -> Site:
+    """Build a site into a folder: the committed reports, and folders that ``verify`` wrote.
+
+    ``project`` is the folder that has ``reports``, the checkout unless given. A site in the output
+    folder is replaced. Raise RequestError for a folder with other files, for a folder that is not a
+    run, and where there is nothing to show.
+    """
+    output, root = Path(output), project or Path(harness.__file__).parent.parent
+    if output.is_dir() and any(output.iterdir()) and not (output / LIST).is_file():
+        raise RequestError(f"--output {output}: has other files; name a new folder or a site")
+    check_writable(output)
+    folders = {safe_path(Path(folder).resolve().name): Path(folder) for folder in runs}
+    if len(folders) != len(runs):
+        raise RequestError("RUN: two folders of one name; rename one")
+    named_runs = {name: read_run(folder) for name, folder in folders.items()}
+    if not (root / "reports").is_dir() and not folders:
+        raise RequestError("RUN: there are no committed reports; name folders of `verify --output`")
+    pages, rows = _Pages(root), _accepted_rows(root)
+    pages.add_committed()
+    pages.add(DEFECTS, "Known defects", _defects_html(pages, rows))
+    pages.add(START, TITLE, _start_html(rows, named_runs, pages.reports))
+    return _write(pages, folders, output)
 
 
 @dataclass(frozen=True)
@@ -71,30 +95,23 @@ class Site:
         }
 
 
-def site(output: Path, runs: Sequence[Path] = (), *, project: Path | None = None) -> Site:
-    """Build a site into a folder: the committed reports, and folders that ``verify`` wrote.
+def _write(pages: _Pages, runs: Mapping[str, Path], output: Path) -> Site:
+    sizes = {address: len(text.encode()) for address, text in sorted(pages.contents.items())}
+    built = Site(output, sizes, sorted(pages.files), pages.unlinked)
+    with whole_folder(output, replace=True) as folder:
+        for name, source in runs.items():
+            shutil.copytree(source, folder / "runs" / name)
+        for address in (*pages.files, *pages.contents):
+            (folder / address).parent.mkdir(parents=True, exist_ok=True)
+        for address, source in pages.files.items():
+            shutil.copyfile(source, folder / address)
+        for address, text in pages.contents.items():
+            (folder / address).write_text(text, encoding="utf-8")
+        (folder / LIST).write_text(json.dumps(built.to_json(), indent=1), encoding="utf-8")
+    return built
 
-    ``project`` is the folder that has ``reports``, the checkout unless given. A site in the output
-    folder is replaced. Raise RequestError for a folder with other files, for a folder that is not a
-    run, and where there is nothing to show.
-    """
-    output = Path(output)
-    _check_output(output)
-    root = project or Path(harness.__file__).parent.parent
-    folders = {safe_path(Path(folder).resolve().name): Path(folder) for folder in runs}
-    if len(folders) != len(runs):
-        raise RequestError("RUN: two folders of one name; rename one")
-    named_runs = {name: read_run(folder) for name, folder in folders.items()}
-    if not (root / "reports").is_dir() and not folders:
-        raise RequestError("RUN: there are no committed reports; name folders of `verify --output`")
-    pages, rows = _Pages(root), _accepted_rows(root)
-    pages.add_committed()
-    defects = _defects(root)
-    pages.add_page(DEFECTS, "Known defects", _defects_html(root, defects, rows))
-    for defect in defects.values():
-        pages.files |= {path: root / path for path in _defect_files(root, defect)}
-    pages.add_page(START, TITLE, _start_html(rows, named_runs, pages.reports))
-    return _write(pages, folders, output)
+
+# ---- committed pages and the files that they link to
 
 
 @dataclass
@@ -109,17 +126,20 @@ class _Pages:
     files: dict[str, Path] = field(default_factory=dict)
     unlinked: list[tuple[str, str]] = field(default_factory=list)
     reports: list[tuple[str, str, str]] = field(default_factory=list)
+    waiting: list[str] = field(default_factory=list)  # Markdown that a page links to
 
     def add_committed(self) -> None:
         """Add the README, the committed reports, and all that they link to."""
-        sources = [self.root / "README.md", *sorted((self.root / "reports").rglob("*.md"))]
-        runs = self.root / "reports" / "runs"
-        self._waiting = [s for s in sources if s.is_file() and not s.is_relative_to(runs)]
-        while self._waiting:
-            self._add_markdown(self._waiting.pop())
+        texts = [self.root / "README.md", *sorted((self.root / "reports").rglob("*.md"))]
+        names = [text.relative_to(self.root).as_posix() for text in texts if text.is_file()]
+        self.waiting = [name for name in names if not name.startswith("reports/runs/")]
+        while self.waiting:
+            name = self.waiting.pop()
+            if not {_page_of(name)} & {*self.contents, *self.files}:
+                self._add_markdown(name)
         self.reports.sort(key=lambda report: report[1])
 
-    def add_page(self, address: str, title: str, body: str) -> None:
+    def add(self, address: str, title: str, body: str) -> None:
         """Add a page with the navigation of the site."""
         links = [("Start", START), ("Known defects", DEFECTS)]
         links += [(n, _page_of(f)) for f, n in NAVIGATION.items() if (self.root / f).is_file()]
@@ -128,21 +148,16 @@ class _Pages:
             up="../" * address.count("/"), here=address,
         )  # fmt: skip
 
-    def _add_markdown(self, source: Path) -> None:
-        page = source.relative_to(self.root).as_posix()
-        address, text = _page_of(page), source.read_text(encoding="utf-8")
-        if address in self.contents or address in self.files:
-            return
-        finished = source.with_suffix(".html")
+    def _add_markdown(self, name: str) -> None:
+        address, source = _page_of(name), self.root / name
+        text, finished = source.read_text("utf-8"), source.with_suffix(".html")
         if finished.is_file():  # a report has its own page
-            self.files[address] = finished
-            title = document(text).title
+            title, self.files[address] = document(text).title, finished
         else:
-            self.contents[address] = ""  # so that a link back finds it
-            rendered = document(text, lambda link: self._address(page, link))
+            rendered = document(text, lambda link: self._address(name, link))
             title = rendered.title or source.stem
-            self.add_page(address, title, rendered.body)
-        if page.startswith("reports/"):
+            self.add(address, title, rendered.body)
+        if name.startswith("reports/"):
             self.reports.append((title, address, posixpath.dirname(address)))
 
     def _address(self, page: str, link: str) -> str:
@@ -161,13 +176,13 @@ class _Pages:
         """Return the address of a file of the project, and add the file; empty where it lacks."""
         path = posixpath.normpath(path)
         source = self.root / path
-        if path.startswith("..") or not source.exists():
-            return ""
         if source.is_dir():
-            index = next((name for name in INDEX_FILES if (source / name).is_file()), "")
-            return self._target(f"{path}/{index}") if index else ""
+            path = next((f"{path}/{n}" for n in INDEX_FILES if (source / n).is_file()), path)
+            source = self.root / path
+        if path.startswith("..") or not source.is_file():
+            return ""
         if source.suffix == ".md":
-            self._waiting.append(source)
+            self.waiting.append(path)
             return _page_of(path)
         if source.stat().st_size > LARGEST_FILE:
             return ""
@@ -182,11 +197,18 @@ def _page_of(file: str) -> str:
 # ---- the start page
 
 
+def _accepted_rows(root: Path) -> pd.DataFrame:
+    """Return the rows of accepted runs, one for each key and version."""
+    tables = [read_rows(file) for file in sorted(root.glob(ACCEPTED_ROWS))]
+    rows = pd.concat(tables, ignore_index=True) if tables else table(())
+    return rows.drop_duplicates([*KEY, "version"])
+
+
 def _start_html(
     rows: pd.DataFrame, runs: Mapping[str, Run], reports: Sequence[tuple[str, str, str]]
 ) -> str:
-    """Return the text of the start page: boards, runs, and committed reports."""
-    boards = [] if rows.empty else list(_boards(rows))
+    """Return the text of the start page: runs, boards, and committed reports."""
+    boards = [] if rows.empty else _boards(rows)
     if runs:
         lines = [
             {
@@ -204,48 +226,25 @@ def _start_html(
     return html_page("start.html.j2", title=TITLE, boards=boards, reports=frame)
 
 
-def _boards(rows: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
-    """Yield title, caption and table of codes by cases and of releases by cases."""
+def _boards(rows: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
+    """Return title, caption and table of codes by cases and of releases by cases."""
     newest = rows.groupby("engine")["version"].transform(lambda all_: max(all_, key=release_of))
-    yield (
-        "Codes by cases",
-        "Accepted rows of the newest release of each code, by verdict.",
-        matrix(rows[rows["version"] == newest], "case", "engine"),
-    )
+    codes = matrix(rows[rows["version"] == newest], "case", "engine")
     releases = matrix(rows[rows["engine"] == RELEASES_OF], "case", "version")
-    yield (
-        "Releases by cases",
-        f"Accepted rows of {RELEASES_OF}, by release and verdict.",
-        releases[sorted(releases.columns, key=lambda version: release_of(str(version)))],
-    )
-
-
-def _accepted_rows(root: Path) -> pd.DataFrame:
-    """Return the rows of accepted runs, one for each key and version."""
-    tables = [read_rows(file) for file in sorted(root.glob(ACCEPTED_ROWS))]
-    if not tables:
-        return table(())
-    return pd.concat(tables, ignore_index=True).drop_duplicates([*KEY, "version"])
+    releases = releases[sorted(releases.columns, key=lambda version: release_of(str(version)))]
+    return [
+        ("Codes by cases", "Accepted rows of the newest release of each code, by verdict.", codes),
+        ("Releases by cases", f"Accepted rows of {RELEASES_OF}, by release and verdict.", releases),
+    ]
 
 
 # ---- known defects
 
 
-def _defects(root: Path) -> dict[str, dict[str, Any]]:
-    file = root / "inputs" / "known-defects.toml"
-    text = file.read_text("utf-8") if file.is_file() else ""
-    return dict(tomllib.loads(text).get("defect", {}))
-
-
-def _defect_files(root: Path, defect: Mapping[str, Any]) -> list[str]:
-    """Return the paths of a defect's script and of the test for the code's own suite."""
-    script = defect.get("script", "")
-    paths = [script, posixpath.join(posixpath.dirname(script), "test.yaml")] if script else []
-    return [path for path in paths if (root / path).is_file()]
-
-
-def _defects_html(root: Path, defects: Mapping[str, Mapping[str, Any]], rows: pd.DataFrame) -> str:
-    """Return the text of the page of known defects: causes, releases and scripts."""
+def _defects_html(pages: _Pages, rows: pd.DataFrame) -> str:
+    """Return the text of the page of known defects: causes, releases, and scripts as files."""
+    file = pages.root / "inputs" / "known-defects.toml"
+    defects = tomllib.loads(file.read_text("utf-8"))["defect"] if file.is_file() else {}
     numbers = rows[rows["verdict"] == Verdict.KNOWN_DEFECT].groupby(["version", "defect"]).size()
     versions = sorted(numbers.index.unique("version"), key=release_of)
     lines, details = [], []
@@ -256,33 +255,14 @@ def _defects_html(root: Path, defects: Mapping[str, Mapping[str, Any]], rows: pd
             "releases": defect_releases(defect) or "all known",
         }
         lines.append(line | {version: numbers.get((version, name), "") for version in versions})
-        scripts = [(path, (root / path).read_text("utf-8")) for path in _defect_files(root, defect)]
+        script = defect.get("script", "")  # and the test for the code's own suite
+        paths = {path: pages.root / path for path in (script, _test_of(script)) if path}
+        files = {path: source for path, source in paths.items() if source.is_file()}
+        pages.files |= files
+        scripts = [(path, source.read_text("utf-8")) for path, source in files.items()]
         details.append((name, defect_sentence(defect), defect, scripts))
     return html_page("defects.html.j2", table=pd.DataFrame(lines), defects=details)
 
 
-# ---- files
-
-
-def _check_output(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise RequestError(f"--output {folder}: is a file; name a folder")
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / LIST).is_file():
-        raise RequestError(f"--output {folder}: has other files; name a new folder or a site")
-    check_writable(folder)
-
-
-def _write(pages: _Pages, runs: Mapping[str, Path], output: Path) -> Site:
-    sizes = {address: len(text.encode()) for address, text in sorted(pages.contents.items())}
-    built = Site(output, sizes, sorted(pages.files), pages.unlinked)
-    with whole_folder(output, replace=True) as folder:
-        for name, source in runs.items():
-            shutil.copytree(source, folder / "runs" / name)
-        for address, source in pages.files.items():
-            (folder / address).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(source, folder / address)
-        contents = pages.contents | {LIST: json.dumps(built.to_json(), indent=1)}
-        for address, text in contents.items():
-            (folder / address).parent.mkdir(parents=True, exist_ok=True)
-            (folder / address).write_text(text, encoding="utf-8")
-    return built
+def _test_of(script: str) -> str:
+    return posixpath.join(posixpath.dirname(script), "test.yaml") if script else ""
