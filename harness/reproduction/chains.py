@@ -347,14 +347,14 @@ def _open_pairs() -> tuple[Floats, Floats, Floats]:
 
     The third part are the distances to the other neighbours (P, 2) [m], infinite at an end.
     """
-    found = []
+    pairs_apart = []
     for row in rows():
         distances = np.concatenate(([np.inf], row.distances, [np.inf]))
         for i in np.flatnonzero(row.compressions == 0):
-            found.append(
+            pairs_apart.append(
                 [distances[i + 1], *row.deformations[i : i + 2], *distances[i : i + 3 : 2]]
             )
-    table = np.array(found)
+    table = np.array(pairs_apart)
     return table[:, 0], table[:, 1:3], table[:, 3:]
 
 

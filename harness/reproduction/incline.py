@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from harness.cases.bench import Bench
+from harness.cases.bench import OWN, Bench
 from harness.cases.incline.angle import angle_on, reference_measure
 from harness.cases.incline.search import CriticalAngle, prepared, search
 from harness.cases.incline.system import Incline, Route
@@ -308,48 +307,40 @@ IN_ITS_PLACE = "Background, on the MFiX runs; an engine in its place"
 
 def on_engine(bench: Bench | None) -> Iterator[Statement]:
     """Yield what an engine makes of the incline; not tested without one."""
-
-    def measured(
-        statement: Statement,
-        cases: Sequence[Incline],
-        outcome: Callable[[list[CriticalAngle]], dict[str, Any]],
-    ) -> Statement:
+    cases = [Incline(steps_per_contact=steps) for steps in STEPS]
+    cases.append(Incline(contact=Contact(restitution=0.1)))
+    angles, spreads, failure, engine, version = [math.nan] * 5, [0.0] * 5, None, OWN, ""
+    try:
         if bench is None:
-            return replace(statement, value=Unsupported("no engine was given to run the incline"))
-        version = bench.engine.identify().engine_version
-        statement = replace(statement, engine=bench.name, version=version)
-        try:
-            return replace(statement, **outcome([angle_on(bench, case) for case in cases]))
-        except (Unsupported, EngineError) as error:
-            return replace(statement, value=error)
-
-    def single(angles: Sequence[CriticalAngle]) -> dict[str, Any]:
-        return {"value": angles[0].value, "uncertainty": angles[0].uncertainty}
-
-    def over_steps(angles: Sequence[CriticalAngle]) -> dict[str, Any]:
-        note = ", ".join(f"{a.value:.4f} deg at {n:g}" for a, n in zip(angles, STEPS, strict=True))
-        return {"value": angles[-1].value, "printed": angles[0].value,
-                "note": f"{note} steps per contact"}  # fmt: skip
-
-    inclines = [Incline(steps_per_contact=steps) for steps in STEPS]
-    yield measured(Statement(
-        "engine-angle", IN_ITS_PLACE, "theta_c is 10.21 deg to a hundredth of a degree, 1e6 N/m",
-        math.nan, PRINTED_ANGLE, tolerance=WITHIN, unit="deg", reason=AGREEMENT,
-        note="the source's contact, tail kept, 50 steps per contact, passage", kind=Kind.CROSS_CODE,
-    ), inclines[:1], single)  # fmt: skip
-    yield measured(Statement(
-        "engine-step", IN_ITS_PLACE, "the angle does not depend on the step",
-        math.nan, math.nan, tolerance=WITHIN, unit="deg", reason=AGREEMENT, kind=Kind.CROSS_CODE,
-        correction="extrapolate step and stiffness, no tail and no rebound",
-    ), inclines, over_steps)  # fmt: skip
+            raise Unsupported("no engine was given to run the incline")
+        engine, version = bench.name, bench.engine.identify().engine_version
+        measured = [angle_on(bench, case) for case in cases]
+        angles, spreads = [a.value for a in measured], [a.uncertainty for a in measured]
+    except (Unsupported, EngineError) as error:
+        failure = error
+    run: dict[str, Any] = {
+        "unit": "deg",
+        "kind": Kind.CROSS_CODE,
+        "engine": engine,
+        "version": version,
+    }
+    yield Statement("engine-angle", IN_ITS_PLACE,
+        "theta_c is 10.21 deg to a hundredth of a degree, 1e6 N/m", failure or angles[0],
+        PRINTED_ANGLE, tolerance=WITHIN, reason=AGREEMENT, uncertainty=spreads[0],
+        note="the source's contact, tail kept, 50 steps per contact, passage", **run)  # fmt: skip
+    over_steps = ", ".join(f"{a:.4f} deg at {n:g}" for a, n in zip(angles, STEPS, strict=False))
+    yield Statement("engine-step", IN_ITS_PLACE, "the angle does not depend on the step",
+        failure or angles[3], angles[0], tolerance=WITHIN, reason=AGREEMENT,
+        note=f"{over_steps} steps per contact",
+        correction="extrapolate step and stiffness, no tail and no rebound", **run)  # fmt: skip
     kept, lost = (critical_angle(shock_from_restitution(0.1, r)) for r in ("kept", "lost"))
-    yield measured(Statement(
-        "engine-restitution", "Background, eqs. (6) and (9); an engine in MFiX's place",
-        "at e_n = 0.1 theta_c follows from the shock of eq. (9)", math.nan, lost, tolerance=0.05,
-        unit="deg", reason="effect of step and stiffness at 1e6 N/m", kind=Kind.CROSS_CODE,
+    yield Statement("engine-restitution",
+        "Background, eqs. (6) and (9); an engine in MFiX's place",
+        "at e_n = 0.1 theta_c follows from the shock of eq. (9)", failure or angles[4], lost,
+        tolerance=0.05, reason="effect of step and stiffness at 1e6 N/m", uncertainty=spreads[4],
         note=f"{lost:.3f} deg by eq. (9), {kept:.3f} deg by 1/4 + 3/4 e^2",
         correction="neither reading: rebounds end within a well, and theta_c stays",
-    ), [Incline(contact=Contact(restitution=0.1))], single)  # fmt: skip
+        **run)  # fmt: skip
 
 
 # ---- rigidity and times
