@@ -136,9 +136,9 @@ class Summarized(ABC):
         return "\n".join(f"{name}: {text}" for name, text in self.summary().items())
 
     def _repr_html_(self) -> str:
-        left = "style='text-align:left'"
+        look = "style='text-align:left'"
         texts = [map(html.escape, item) for item in self.summary().items()]
-        rows = [f"<tr><th scope='row' {left}>{a}</th><td {left}>{b}</td></tr>" for a, b in texts]
+        rows = [f"<tr><th scope='row' {look}>{a}</th><td {look}>{b}</td></tr>" for a, b in texts]
         return f"<table><tbody>{''.join(rows)}</tbody></table>"
 
 

@@ -55,7 +55,7 @@ def free_collision(particles: int) -> TowerRun:
 
 
 @cache
-def impulses(law: Law = "deformable") -> pd.DataFrame:
+def impulses(law: Law) -> pd.DataFrame:
     """Return the source's six runs over all heights, turnaround window."""
     return impulse_angles(laws=(law,), solver="exact")
 
@@ -108,7 +108,10 @@ def rigid_limit() -> Iterator[Statement]:
 
 def separation() -> Iterator[Statement]:
     """Yield the text to equation (12): contacts are short."""
-    fastest, longest = rise_time(incline.no_flight_bound()), impulses()["window_s"].max()
+    fastest, longest = (
+        rise_time(incline.no_flight_bound()),
+        impulses("deformable")["window_s"].max(),
+    )
     yield Statement("separation", "Methods, after eq. (12)",
         "contacts are over long before the grain is on the crest", fastest > 10 * CONTACT_TIME,
         reason="ten contacts or more to a rise",
@@ -410,7 +413,7 @@ def compressed_most(height: int) -> float:
 def window() -> Iterator[Statement]:
     """Yield the text after figure 15: the largest compression as the end of the window."""
     where = "Appendix B, after Fig. 15"
-    columns = impulses()[["stiffness_N_per_m", "speed_m_per_s", "window_s"]]
+    columns = impulses("deformable")[["stiffness_N_per_m", "speed_m_per_s", "window_s"]]
     late = [
         end for k, speed, end in columns.itertuples(index=False)
         if end / 2 >= 3.0 * (1 - 1e-9) * Tower(stiffness=k, speed=speed).contact_time

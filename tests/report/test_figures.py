@@ -1,15 +1,30 @@
-"""Figures as files, and text of numbers."""
+"""Figures as files, text of numbers; films: their discs, and what is refused beforehand."""
 
 import doctest
 import math
+from dataclasses import replace
 from xml.etree import ElementTree
 
+import matplotlib as mpl
 import numpy as np
 import pytest
+from PIL import Image
 
+from harness.errors import RequestError
 from harness.report import content, figures
-from harness.report.content import Drawing, value_text
-from harness.report.figures import MARKERS, axis, label, legend_below, panels
+from harness.report.content import Discs, Drawing, value_text
+from harness.report.figures import (
+    MARKERS,
+    MOST_FRAMES,
+    axis,
+    check_film,
+    disc_figure,
+    film_samples,
+    label,
+    legend_below,
+    panels,
+    write_film,
+)
 from harness.report.page import draw
 
 
@@ -55,3 +70,77 @@ def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_a
     assert first.size == pytest.approx((2 * 4.2 * 72, 3.0 * 72))
     assert "http" not in first.svg.replace("http://www.w3.org/", "")
     assert first.png.startswith(b"\x89PNG")
+
+
+# ---- films
+
+TIME = np.linspace(0.0, 0.02, 40)
+FALL = Discs(
+    "a grain falls", TIME,
+    x=np.tile([0.0, 0.03], (40, 1)),
+    y=0.05 - 0.5 * 9.81 * TIME[:, None] ** 2 * np.ones(2),
+    radius=np.array([0.005, 0.004]),
+    fixed=np.array([[0.0, 0.0, 0.01]]),
+    lines=np.array([[[-0.02, -0.01], [0.05, -0.01]]]),
+)  # fmt: skip
+
+
+def test_samples_are_nearest_to_equal_times_and_none_is_invented():
+    time = np.array([0.0, 0.1, 0.2, 0.9, 1.0])
+    assert film_samples(time, 3).tolist() == [0, 2, 4]
+    assert film_samples(time, 100).tolist() == [0, 2, 3, 4]
+    assert film_samples(time[:1], 100).tolist() == [0]
+
+
+def test_discs_have_places_radii_and_colours_of_the_sample():
+    radius = np.tile(FALL.radius, (40, 1)) * np.linspace(1.0, 0.5, 40)[:, None]
+    film = replace(FALL, radius=radius, value=FALL.y, value_label="height (m)")
+    figure, show = disc_figure(film)
+    axes, colours = figure.axes
+    moving = axes.collections[1]
+    first = moving.to_rgba(moving.get_array())
+    show(20)
+    np.testing.assert_allclose(moving.get_offsets()[:, 1], FALL.y[20])
+    np.testing.assert_allclose(moving.get_widths(), 2.0 * radius[20])
+    assert axes.get_title(loc="right") == f"t = {1e3 * TIME[20]:.2f} ms"
+    assert (moving.to_rgba(moving.get_array()) != first).any()
+    assert colours.get_ylabel() == "height (m)"
+
+
+def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):
+    write_film(FALL, tmp_path / "a.gif", frames=4)
+    write_film(FALL, tmp_path / "a.PNG", frames=4)
+    with Image.open(tmp_path / "a.gif") as gif, Image.open(tmp_path / "a.PNG") as png:
+        assert (gif.n_frames, png.format) == (4, "PNG")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.PNG", "a.gif"]
+
+
+@pytest.mark.parametrize(
+    ("name", "frames", "reason"),
+    [
+        ("a.avi", 9, ".gif, .mp4, .png"),
+        ("none/a.gif", 9, "there is no folder"),
+        ("a.gif", 1, "from 2 to"),
+        ("a.gif", MOST_FRAMES + 1, f"{MOST_FRAMES + 1} frames"),
+        ("folder.gif", 9, "is not a file"),
+        ("a.mp4", 9, r"ffmpeg, which is not on the path.*\.gif"),
+    ],
+)
+def test_a_film_that_cannot_be_written_is_refused(tmp_path, monkeypatch, name, frames, reason):
+    (tmp_path / "folder.gif").mkdir()
+    monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(tmp_path / "no-ffmpeg"))
+    with pytest.raises(RequestError, match=reason) as error:
+        check_film(tmp_path / name, frames)
+    assert str(error.value).startswith(f"--film {tmp_path / name}: ")
+
+
+def test_an_ffmpeg_that_fails_leaves_the_older_film(tmp_path, monkeypatch):
+    program = tmp_path / "ffmpeg"
+    program.write_text("#!/bin/sh\ncat > /dev/null\necho no such codec >&2\nexit 3\n")
+    program.chmod(0o755)
+    monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(program))
+    (tmp_path / "a.mp4").write_text("an older film")
+    with pytest.raises(RequestError, match="ffmpeg failed with 3 no such codec"):
+        write_film(FALL, tmp_path / "a.mp4", frames=3)
+    assert (tmp_path / "a.mp4").read_text() == "an older film"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4", "ffmpeg"]

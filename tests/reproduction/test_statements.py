@@ -7,21 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.cases.incline import system
 from harness.errors import EngineError, Unsupported
 from harness.model.law import damping_ratio
 from harness.report.page import draw
 from harness.reproduction import Statement
 from harness.reproduction import run as reproduction
 from harness.reproduction.chains import rows, touching_chains
-from harness.reproduction.incline import (
-    COARSE,
-    RESOLUTION_DEG,
-    damped_contact,
-    mfix_angle,
-    mfix_scheme,
-    on_engine,
-)
+from harness.reproduction.incline import damped_contact, mfix_scheme, on_engine
 from harness.reproduction.run import (
     NOT_REPRODUCED,
     WITH_CORRECTION,
@@ -170,16 +162,6 @@ def test_every_figure_is_drawn():
 
 
 # ---- with MFiX's scheme, and with LAMMPS
-
-
-@pytest.mark.slow
-def test_angles_in_the_scheme_of_mfix_are_those_of_version_1_from_its_start(monkeypatch):
-    monkeypatch.setattr(system, "START_SPEED", 1.5 / math.sqrt(9.81))  # 1.5 m/s in a well
-    version_1 = {1e5: 10.1685546875, 1e6: 10.1966796875, 1e7: 10.2041015625}
-    for stiffness, expected in version_1.items():
-        # at a coarse step fates near the angle alternate, by round-off: the search has an interval
-        angle = mfix_angle.__wrapped__(stiffness, COARSE)
-        assert abs(angle.value - expected) <= angle.uncertainty + RESOLUTION_DEG
 
 
 @pytest.mark.slow
