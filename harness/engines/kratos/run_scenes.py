@@ -39,14 +39,9 @@ OF_FACES = (
     "DEM_NODAL_AREA", "CONTACT_FORCES", "TOTAL_FORCES", "VELOCITY", "DELTA_DISPLACEMENT",
     "DISPLACEMENT", "NON_DIMENSIONAL_VOLUME_WEAR", "IMPACT_WEAR", "ANGULAR_VELOCITY",
 )  # fmt: skip
-STRATEGY = {
-    "strategy": "sphere_strategy",
-    "do_search_dem_neighbours": True,
-    "do_search_fem_neighbours": True,
-    "RemoveBallsInitiallyTouchingWalls": False,
-    "model_import_settings": {},
-    "material_import_settings": {},
-}
+STRATEGY = """{"strategy": "sphere_strategy", "RemoveBallsInitiallyTouchingWalls": false,
+"do_search_dem_neighbours": true, "do_search_fem_neighbours": true,
+"model_import_settings": {}, "material_import_settings": {}}"""
 LOOK = 50  # steps between two looks at the first body in a scene with stages
 NAN = [math.nan] * 3
 MOVED = {"velocity": "VELOCITY", "angular_velocity": "ANGULAR_VELOCITY"}
@@ -160,7 +155,7 @@ class Simulation:
         strategy = self.dem.IterativeSolverStrategy(
             settings, step, 1, 1.0, 1, self.dem.ParticleCreatorDestructor(),
             self.dem.DEM_FEM_Search(), self.dem.OMP_DEMSearch(),
-            self.core.Parameters(json.dumps(STRATEGY)),
+            self.core.Parameters(STRATEGY),
         )  # fmt: skip
         strategy.RebuildListOfDiscontinuumSphericParticles()
         strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(spheres)
@@ -179,19 +174,25 @@ class Simulation:
                     node.SetSolutionStepValue(self.variable(f"{name}_{axis}"), 0, value)
 
     def sample(self) -> dict[str, list[list[float]]]:
-        """Return the parts of a motion now; forces are those of the contacts."""
-        masses = [body["mass"] for body in self.scene["bodies"]]
-        weights = [[m * g for g in self.scene["gravity"]] for m in masses]
-        totals = self.vectors("TOTAL_FORCES")
-        return {
+        """Return the parts of a motion now; forces are those of contacts, unknown on a row."""
+        gravity = self.scene["gravity"]
+        totals = zip(self.vectors("TOTAL_FORCES"), self.scene["bodies"], strict=True)
+        sample = {
             "position": [[node.X, node.Y, node.Z] for node in self.nodes],
             **{part: self.vectors(name) for part, name in MOVED.items()},
             "force": [
-                [f - w for f, w in zip(total, weight, strict=True)]
-                for total, weight in zip(totals, weights, strict=True)
+                [f - body["mass"] * g for f, g in zip(total, gravity, strict=True)]
+                for total, body in totals
             ],
             "torque": self.vectors("PARTICLE_MOMENT"),
         }
+        if not self.code["row"]:
+            return sample
+        sample["position"][0][0] += self.put_back
+        fixed = self.whole["bodies"][1:]
+        still = {name: [body[name] for body in fixed] for name in ("position", *MOVED)}
+        unknown = {name: [NAN] * len(fixed) for name in ("force", "torque")}
+        return {name: [sample[name][0], *rows] for name, rows in {**still, **unknown}.items()}
 
     def vectors(self, name: str) -> list[list[float]]:
         """Return a vector of each sphere."""
@@ -202,7 +203,7 @@ class Simulation:
         """Return the samples of all steps, or up to where a look ends the run."""
         information, searches = self.parts[0].ProcessInfo, self.variable("TIME_STEPS")
         samples: dict[str, list[Any]] = {"step": [0]}
-        samples |= {name: [rows] for name, rows in self.rows().items()}
+        samples |= {name: [rows] for name, rows in self.sample().items()}
         stages, last = [self.stage_row(0)], self.scene["steps"]
         information[searches] = 1
         for number in range(1, last + 1):
@@ -212,7 +213,7 @@ class Simulation:
             information[searches] = 0
             if number % self.scene["every"] == 0:
                 samples["step"].append(number)
-                for name, rows in self.rows().items():
+                for name, rows in self.sample().items():
                     samples[name].append(rows)
             if number % LOOK and number < last:
                 continue
@@ -221,17 +222,6 @@ class Simulation:
             if self.code["row"] and self.leaves_well():
                 information[searches] = 1
         return {**samples, "stages": stages}
-
-    def rows(self) -> dict[str, list[list[float]]]:
-        """Return a sample of the bodies of the scene; forces on spheres of a row are not known."""
-        sample = self.sample()
-        if not self.code["row"]:
-            return sample
-        fixed = self.whole["bodies"][1:]
-        sample["position"][0][0] += self.put_back
-        still = {name: [body[name] for body in fixed] for name in ("position", *MOVED)}
-        unknown = {name: [NAN] * len(fixed) for name in ("force", "torque")}
-        return {name: [sample[name][0], *rows] for name, rows in {**still, **unknown}.items()}
 
     def stage_row(self, number: int) -> list[float]:
         """Return step, time, x, y, vx, vy and wz of the first body."""

@@ -19,22 +19,10 @@ from typing import Any
 
 SCENES = ""  # in place of the file, in a script of its own
 PARTS = ("position", "velocity", "angular_velocity", "force", "torque")
-LAWS = {
-    "ViscElPhys": (
-        "ViscElMat",
-        "Ip2_ViscElMat_ViscElMat_ViscElPhys",
-        "Law2_ScGeom_ViscElPhys_Basic",
-    ),
-    "CohFrictPhys": (
-        "CohFrictMat",
-        "Ip2_CohFrictMat_CohFrictMat_CohFrictPhys",
-        "Law2_ScGeom6D_CohFrictPhys_CohesionMoment",
-    ),
-    "MindlinPhys": (
-        "FrictMat",
-        "Ip2_FrictMat_FrictMat_MindlinPhys",
-        "Law2_ScGeom_MindlinPhys_Mindlin",
-    ),
+LAWS = {  # materials and law of contacts, by their physics
+    "ViscElPhys": ("ViscElMat", "Law2_ScGeom_ViscElPhys_Basic"),
+    "CohFrictPhys": ("CohFrictMat", "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"),
+    "MindlinPhys": ("FrictMat", "Law2_ScGeom_MindlinPhys_Mindlin"),
 }
 FAR = 1e8  # [radius of the first sphere] to which a box reaches to each side
 # The first forces are those of the velocities at the start, and no spring has moved yet: a step
@@ -51,6 +39,7 @@ class Simulation:
     def __init__(self, yade: Any, scene: dict[str, Any]) -> None:
         self.yade, self.scene, self.segments = yade, scene, segments_by_step(scene)
         self.samples: dict[str, list[Any]] = {name: [] for name in ("step", *PARTS)}
+        self.stages: list[list[float]] = []
         code = scene["code"]
         self.turns = code["law"] == "CohFrictPhys"
         yade.O.reset()
@@ -59,13 +48,13 @@ class Simulation:
             yade.O.periodic = True  # places run on over the boundary
             wide = WIDE * scene["bodies"][0]["radius"]
             yade.O.cell.setBox(scene["period"][0], wide, wide)
-        self.rows: list[list[float]] = []  # of stages
-        material, physics, law = (getattr(yade, name) for name in LAWS[code["law"]])
-        materials = iter([material(**words) for words in code["materials"]])
+        material, law = LAWS[code["law"]]
+        materials = iter([getattr(yade, material)(**words) for words in code["materials"]])
         self.spheres = [self.add_sphere(body, next(materials)) for body in scene["bodies"]]
         for wall in scene["walls"]:
             self.add_wall(wall, next(materials))
-        yade.O.engines = self.engines(physics(**code["physics"]), law(**code["options"]))
+        physics = getattr(yade, f"Ip2_{material}_{material}_{code['law']}")(**code["physics"])
+        yade.O.engines = self.engines(physics, getattr(yade, law)(**code["options"]))
         if 0 in self.segments:
             self.set_velocities(*self.segments[0])
 
@@ -75,9 +64,8 @@ class Simulation:
         place = yade.Vector3(*body["position"])
         mask = HELD if fixed and not self.scene["segments"] else FREE
         sphere = yade.utils.sphere(place, body["radius"], material=material, fixed=fixed, mask=mask)
-        sphere.state.mass = body["mass"]
         moment = 0.4 * body["mass"] * body["radius"] ** 2
-        sphere.state.inertia = yade.Vector3(moment, moment, moment)
+        sphere.state.mass, sphere.state.inertia = body["mass"], yade.Vector3(moment, moment, moment)
         sphere.state.vel = yade.Vector3(*body["velocity"])
         sphere.state.angVel = yade.Vector3(*body["angular_velocity"])
         yade.O.bodies.append(sphere)
@@ -121,9 +109,12 @@ class Simulation:
     def look(self) -> None:
         """Take a sample where one is due, and set velocities that change."""
         number = self.yade.O.iter
-        kicks = [self.half_kick(body) for body in self.spheres]
         if number % self.scene["every"] == 0:
-            self.record(number, kicks)
+            self.samples["step"].append(number)
+            states = [self.state(body) for body in self.spheres]
+            for part, name in enumerate(PARTS):
+                rows = [[float(value) for value in state[part]] for state in states]
+                self.samples[name].append(rows)
         if number == 0:
             self.yade.O.dt = self.scene["step"]
             for body in self.spheres:
@@ -136,25 +127,27 @@ class Simulation:
     def watch(self) -> None:
         """Look at the first sphere, and pause where the run is over."""
         number, stages, body = self.yade.O.iter, self.scene["stages"], self.spheres[0]
-        linear, angular = self.half_kick(body)
-        x, v = body.state.pos, body.state.vel + linear
-        spin = body.state.angVel[2] + angular[2]
-        row = [number, number * self.scene["step"], x[0], x[1], v[0], v[1], spin]
-        remaining, stage = self.scene["steps"] - number, max(len(self.rows) - 1, 0)
-        if number == 0:
-            self.rows = [[float(value) for value in row]]
-        else:
-            height = sum(g * place for g, place in zip(self.scene["gravity"], x, strict=True))
-            square = sum(value * value for value in v)
-            energy = body.state.mass * (0.5 * square - height)
-            beyond = x[0] > stages[stage]["place"]
-            over = remaining <= 0 or (v[0] < 0 and energy < stages[stage]["floor"] and not beyond)
-            over = over or (beyond and stage + 1 == len(stages)) or not square < math.inf
-            if beyond or over:
-                self.rows.append([float(value) for value in row])
-            if over:
-                self.yade.O.pause()
+        x, v, spin, *_ = self.state(body)
+        row = [number, number * self.scene["step"], x[0], x[1], v[0], v[1], spin[2]]
+        remaining, stage = self.scene["steps"] - number, max(len(self.stages) - 1, 0)
+        height = sum(g * place for g, place in zip(self.scene["gravity"], x, strict=True))
+        square = sum(value * value for value in v)
+        energy = body.state.mass * (0.5 * square - height)
+        beyond = x[0] > stages[stage]["place"]
+        over = remaining <= 0 or (v[0] < 0 and energy < stages[stage]["floor"] and not beyond)
+        over = over or (beyond and stage + 1 == len(stages)) or not square < math.inf
+        if number == 0 or beyond or over:
+            self.stages.append([float(value) for value in row])
+        if number and over:
+            self.yade.O.pause()
         self.watcher.iterPeriod = max(1, min(LOOK, remaining))
+
+    def state(self, body: Any) -> tuple[Any, ...]:
+        """Return the parts of a sample of a sphere."""
+        linear, angular = self.half_kick(body)
+        state, forces = body.state, self.yade.O.forces
+        moves = state.vel + linear, state.angVel + angular
+        return (state.pos, *moves, forces.f(body.id, True), forces.t(body.id, True))
 
     def half_kick(self, body: Any) -> tuple[Any, Any]:
         """Return what half a step of the forces adds to both velocities."""
@@ -164,21 +157,6 @@ class Simulation:
         force, torque = yade.O.forces.f(body.id, True), yade.O.forces.t(body.id, True)
         linear = force / body.state.mass + yade.Vector3(*self.scene["gravity"])
         return half * linear, half * torque / body.state.inertia[0]
-
-    def record(self, number: int, kicks: list[tuple[Any, Any]]) -> None:
-        """Keep a sample of the spheres."""
-        forces = self.yade.O.forces
-        self.samples["step"].append(number)
-        pairs = list(zip(self.spheres, kicks, strict=True))
-        rows = {
-            "position": [body.state.pos for body in self.spheres],
-            "velocity": [body.state.vel + linear for body, (linear, _) in pairs],
-            "angular_velocity": [body.state.angVel + angular for body, (_, angular) in pairs],
-            "force": [forces.f(body.id, True) for body in self.spheres],
-            "torque": [forces.t(body.id, True) for body in self.spheres],
-        }
-        for name, vectors in rows.items():
-            self.samples[name].append([[float(value) for value in vector] for vector in vectors])
 
     def set_velocities(self, velocities: list[Any], angular_velocities: list[Any]) -> None:
         """Give the spheres the velocities of a segment."""
@@ -190,7 +168,7 @@ class Simulation:
     def run(self) -> dict[str, list[Any]]:
         """Return the samples of all steps; the last ones are of the forces of one step more."""
         self.yade.O.run(self.scene["steps"] + 1, wait=True)
-        return {**self.samples, "stages": self.rows}
+        return {**self.samples, "stages": self.stages}
 
 
 def segments_by_step(scene: dict[str, Any]) -> dict[int, tuple[list[Any], list[Any]]]:
