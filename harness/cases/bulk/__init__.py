@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
@@ -90,12 +91,11 @@ def seed_setups(
     parameters: B, seeds: Mapping[Level, int], compared: tuple[str, ...], system: str = ""
 ) -> list[Setup[B]]:
     """Return a setup of a system for each level, from so many seeds."""
-    setups = []
-    for level, count in seeds.items():
-        runs = tuple(parameters.replace(seed=seed) for seed in range(1, count + 1))
-        name = f"{system}, {count} seeds".removeprefix(", ")
-        setups.append(Setup(name, system, runs, level, compared))
-    return setups
+    runs = [parameters.replace(seed=seed) for seed in range(1, max(seeds.values()) + 1)]
+    return [
+        Setup(f"{system}, {n} seeds".removeprefix(", "), system, tuple(runs[:n]), level, compared)
+        for level, n in seeds.items()
+    ]
 
 
 class Curve(NamedTuple):
@@ -201,7 +201,7 @@ class BulkCase(Case[B]):
         """
         p, table = parameters, output.table(self.series)
         output.check_numbers({**self.counts(p), "steps": p.settle_steps + p.steps})
-        _check_rows(p, output, table, self.series[0])
+        _check_rows(p, output, table)
         moved = p.every * table["remaining"].sum() if p.LEAVING else p.grains * p.steps
         seconds = output.seconds / (p.grains * p.settle_steps + moved)
         return {**self.quantities_of(p, output, table), TIME: float(1e6 * seconds)}
@@ -325,17 +325,14 @@ class BulkCase(Case[B]):
         sections = {}
         for setup in self.setups:
             jobs = [self.job(p) for p in setup.runs]
-            ran = [b for name, b in benches.items() if name != OWN and b.has_run(jobs)]
-            samples = {b.engine.title: self._sample_with_value(b, setup) for b in ran}
+            samples = {}
+            for name, bench in benches.items():
+                if name != OWN and bench.has_run(jobs):
+                    with suppress(EngineError):  # its rows have it
+                        samples[bench.engine.title] = self.sample(bench, setup)
             if samples := {title: sample for title, sample in samples.items() if sample.rows}:
                 sections[setup.system] = self._section(setup, samples)
         return [*sections.values()]
-
-    def _sample_with_value(self, bench: Bench, setup: Setup[B]) -> Sample:
-        try:
-            return self.sample(bench, setup)
-        except EngineError:  # the rows have it
-            return Sample((), (), ())
 
     def _section(self, setup: Setup[B], samples: Mapping[str, Sample]) -> content.Section:
         """Return the section of a setup: means of each engine, and the curves of all runs."""
@@ -353,18 +350,18 @@ class BulkCase(Case[B]):
 # ---- one run
 
 
-def _check_rows(p: Bed, output: Output, table: Table, clock: str) -> None:
+def _check_rows(p: Bed, output: Output, table: Table) -> None:
     """Raise EngineOutputError where rows of a series are missing."""
-    steps = clock == "step"
-    times = table["step"] - p.settle_steps if steps else table["time_s"]
-    end = p.steps * (1.0 if steps else p.step_size)
+    stepped = "time_s" not in table
+    times = p.step_size * (table["step"] - p.settle_steps) if stepped else table["time_s"]
+    end = p.step_size * p.steps
     gaps = np.diff(times, prepend=min(0.0, times[0]), append=max(end, times[-1]))
     inner = gaps[1:-1]
     if not inner.size or gaps.max() > LONGEST_GAP * inner.min():
         start = [0.0, *times][int(gaps.argmax())]
         raise EngineOutputError(
-            f"{output.engine} left a series that lacks rows: none for {gaps.max():.4g} after "
-            f"{start:.4g}"
+            f"{output.engine} left a series that lacks rows: none for {gaps.max():.4g} s after "
+            f"{start:.4g} s"
         )
 
 

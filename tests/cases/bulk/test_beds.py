@@ -1,7 +1,6 @@
 """Parameters of bulk cases: refusals, steps, published beds, level beds, energies at rest."""
 
 import math
-import subprocess
 
 import numpy as np
 import pytest
@@ -11,10 +10,10 @@ from scipy.optimize import brentq
 from harness.cases.bulk import drum, penetration
 from harness.cases.bulk.beds import PUBLISHED, RAYLEIGH_SHARE, Sphere, level_bed
 from harness.engines.lammps.engine import Lammps
-from harness.engines.output import results_in
+from harness.engines.output import read_dump
 from harness.engines.registry import engine_class
 from harness.errors import RequestError
-from tests.cases.bulk.doubles import CASES, SMALL, needs, run
+from tests.cases.bulk.doubles import CASES, SMALL, changed, needs, replaced, run
 
 WRONG = [
     ("silo", {"orifice_radius": 0.03}, "orifice_radius = 0.03 m: must be less than silo_radius ="),
@@ -227,39 +226,28 @@ def test_pairs_of_a_drum_that_touch_and_what_they_hold_are_those_of_all_pairs():
     assert drum.elastic_energy(p, places, contacts) == pytest.approx(held, rel=1e-12)
 
 
-SMALL_BED = SMALL["penetration"].replace(along=5, across=4, settle_time=0.05, duration=0.03)
-
-
-def results_by_hand(lmp, folder, **more):
-    """Run the script of a small bed by hand; return its results, and its particles by step."""
-    case, script = CASES["penetration"], folder / "penetration.in"
-    script.write_text(Lammps.script(case.template).text, encoding="utf-8")
-    values = {**case.job(SMALL_BED).values, "dump": "all", "record": "yes", **more}
-    sets = (word for name, value in values.items() for word in ("-var", name, str(value)))
-    command = [lmp, "-in", str(script), "-log", "log", "-screen", "none", *sets]
-    subprocess.run(command, cwd=folder, check=True)
-    lines = (folder / "all").read_text("utf-8").splitlines()
-    block = int(lines[3]) + 9
-    frames = {
-        int(lines[i + 1]): np.loadtxt(lines[i + 9 : i + block]) for i in range(0, len(lines), block)
-    }
-    return dict(results_in((folder / "log").read_text("utf-8"))), frames
-
-
 @pytest.mark.slow
 @pytest.mark.live
-def test_the_script_measures_the_springs_of_its_places_and_changes_nothing(lmp, tmp_path):
-    results, frames = results_by_hand(lmp, tmp_path)
-    series = (tmp_path / "penetration.csv").read_bytes()
-    for name, step in (("elastic_J", SMALL_BED.settle_steps), ("end_elastic_J", max(frames))):
-        kind, places, radius = frames[step][:, 1], frames[step][:, 2:5], frames[step][:, 8]
-        young = np.where(kind == 1, SMALL_BED.youngs_modulus, SMALL_BED.steel_youngs_modulus)
-        x, y, z = places.T
-        length, width = SMALL_BED.box
-        walls = x, length - x, y, width - y, z
-        held, _ = spring_energy(places, radius, young, walls, SMALL_BED.steel_youngs_modulus)
+def test_the_script_measures_the_springs_of_its_places_and_changes_nothing(tmp_path):
+    case = CASES["penetration"]
+    p = SMALL["penetration"].replace(along=5, across=4, settle_time=0.05, duration=0.03)
+    dumps = f"variable dump string {tmp_path / 'all.dump'}\nvariable thermo "
+    watched = changed(Lammps, lambda text: replaced(text, ("variable thermo ", dumps)))
+    often = changed(Lammps, lambda text: replaced(text, ("index 10000 ", "index 500 ")))
+    (output,), (looked,) = (run(kind, case.job(p)) for kind in (watched, often))
+    frames = read_dump((tmp_path / "all.dump").read_text("utf-8"), "LAMMPS")
+    for name, frame in (
+        ("elastic_J", [*frames["step"]].index(p.settle_steps)),
+        ("end_elastic_J", -1),
+    ):
+        kind, radius = frames["type"][frame], frames["radius_m"][frame]
+        x, y, z = (frames[f"{axis}_m"][frame] for axis in "xyz")
+        young = np.where(kind == 1, p.youngs_modulus, p.steel_youngs_modulus)
+        walls = x, p.box[0] - x, y, p.box[1] - y, z
+        places = np.column_stack([x, y, z])
+        held, _ = spring_energy(places, radius, young, walls, p.steel_youngs_modulus)
         # overlaps are counted in bins of 4e-8 m, some 1e-2 of one: at random over all contacts
-        assert float(results[name]) == pytest.approx(held, rel=5e-3), name
+        assert output.number(name) == pytest.approx(held, rel=5e-3), name
     # looked at each 500 steps, no bit of the motion changes
-    results_by_hand(lmp, tmp_path, thermo=500)
-    assert (tmp_path / "penetration.csv").read_bytes() == series
+    for name, column in output.tables["series"].items():
+        assert np.array_equal(column, looked.tables["series"][name]), name
