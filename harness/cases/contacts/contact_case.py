@@ -297,7 +297,8 @@ def _sampled_scene(parameters: ContactSystem) -> Scene:
     if scene.segments or scene.steps // scene.every >= SAMPLES:
         return scene
     most = max(scene.steps // SAMPLES, 1)
-    return scene.replace(every=next(n for n in range(most, 0, -1) if scene.every % n == 0))
+    every = next(n for n in range(most, 0, -1) if scene.every % n == 0)
+    return scene.model_copy(update={"every": every})  # a divisor needs no check
 
 
 @lru_cache(maxsize=4096)
