@@ -15,7 +15,14 @@ from pydantic import Field
 
 from harness.cases.base import Quantity
 from harness.cases.contacts.contact_case import ContactCase
-from harness.cases.contacts.parameters import ContactSystem, Density, Duration, Gravity, Speed
+from harness.cases.contacts.parameters import (
+    ContactSystem,
+    Density,
+    Duration,
+    Gravity,
+    Speed,
+    ratios,
+)
 from harness.model.base import ZERO, Vector
 from harness.model.scene import Floats, Motion, Scene, Wall, sphere
 from harness.solvers.contact_time import before, contact_time, yield_time
@@ -288,14 +295,12 @@ class Stacked(ContactSystem):
     integrated; with linear springs a linear system of two oscillators.
     """
 
-    quantities: ClassVar = tuple(
-        Quantity(name, "1", text, lambda p: p.scale)
-        for name, text in {
-            "lower_height_ratio": "rise of the lower sphere over the squeeze",
-            "upper_height_ratio": "rise of the upper sphere over the squeeze",
-            "lower_speed_ratio": "velocity over omega times the squeeze",
-            "upper_speed_ratio": "likewise, of the upper sphere",
-        }.items()
+    quantities: ClassVar = ratios(
+        lambda p: p.scale,
+        lower_height_ratio="rise of the lower sphere over the squeeze",
+        upper_height_ratio="rise of the upper sphere over the squeeze",
+        lower_speed_ratio="velocity over omega times the squeeze",
+        upper_speed_ratio="likewise, of the upper sphere",
     )
 
     allowed: ClassVar = {**ContactSystem.allowed, "partner": ("sphere",)}

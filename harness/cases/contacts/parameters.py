@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -40,9 +40,11 @@ MOST_STEPS = 10**9
 OVERLAP_REASON = "the overlap must be above the round-off of coordinates and below the radius"
 
 
-def ratios(**meanings: str) -> tuple[Quantity[Any], ...]:
-    """Return quantities that are pure numbers, of about 1, by name and meaning."""
-    return tuple(Quantity(name, "1", meaning) for name, meaning in meanings.items())
+def ratios(
+    scale: float | Callable[[Any], float] = 1.0, /, **meanings: str
+) -> tuple[Quantity[Any], ...]:
+    """Return quantities that are pure numbers of one scale, by name and meaning."""
+    return tuple(Quantity(name, "1", meaning, scale) for name, meaning in meanings.items())
 
 
 class ContactSystem(Law):

@@ -14,7 +14,6 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from harness.cases.base import Quantity
 from harness.cases.contacts.contact_case import ContactCase
 from harness.cases.contacts.parameters import (
     AngularSpeed,
@@ -253,13 +252,12 @@ class InclineRest(InclineRoll):
     """
 
     quantities: ClassVar = (
-        Quantity(
-            "displacement_ratio", "1", "of the centre along the incline, over g sin(angle) t^2 / 2",
+        *ratios(
             lambda p: p.displacement_scale(1.0),
+            displacement_ratio="of the centre along the incline, over g sin(angle) t^2 / 2",
         ),
-        Quantity(
-            "halfway_displacement_ratio", "1", "likewise, halfway",
-            lambda p: p.displacement_scale(0.5),
+        *ratios(
+            lambda p: p.displacement_scale(0.5), halfway_displacement_ratio="likewise, halfway"
         ),
         *ratios(
             acceleration_ratio="mean over the second half, over g sin(angle)",
