@@ -78,8 +78,8 @@ def get_case(name: str) -> Case[Any]:
 def usable_cases() -> dict[str, Case[Any]]:
     """Return all cases that can be used, by name; :func:`plugin_faults` has the reasons."""
     points = [point for point in _plugins().values() if not _fault(point)]
-    own = {name: get_case(name) for name in homes()}
-    return own | {point.name: _plugin_case(point) for point in points}
+    cases = {name: get_case(name) for name in homes()}
+    return cases | {point.name: _plugin_case(point) for point in points}
 
 
 def plugin_faults() -> list[str]:

@@ -144,11 +144,13 @@ def row_name(case: str, setup: str, quantity: str, engine: str, check: str) -> s
 def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) -> Row:
     """Return the row with its verdict: pass for ``|value - expected| <= width``; NaN never passes.
 
-    A value whose uncertainty keeps it from deciding is not tested. A finding and a recorded value
-    are not judged: their tolerance is how far they may be from the accepted run. ``failure`` is the
-    class of a failure where more than the number is known of it.
+    A value whose uncertainty keeps it from deciding is not tested. A finding is not judged, nor is
+    a recorded value unless one is expected: the tolerance is how far it may be from the accepted
+    run. ``failure`` is the class of a failure where more than the number is known of it.
     """
-    unjudged = {Kind.FINDING: Verdict.FINDING, Kind.RECORDED: Verdict.RECORDED}.get(row.kind)
+    unjudged = Verdict.FINDING if row.kind is Kind.FINDING else None
+    if row.kind is Kind.RECORDED and math.isnan(row.expected):
+        unjudged = Verdict.RECORDED
     width = tolerance.width(row.value if unjudged else row.expected)
     error, uncertainty, note = abs(row.difference), row.uncertainty, row.note
     reach = error + uncertainty if tolerance.whole_interval else max(error, uncertainty)

@@ -115,9 +115,9 @@ class ContactCase(Case[P]):
         table, scene = output.tables[SERIES], self.scene(parameters)
         radii = np.array([body.radius for body in scene.bodies])
         x, z, margin = table["x_m"], table["z_m"], 2.0 * float(radii.max())
-        left, right = float(x.min()) - margin, float(x.max()) + margin
+        start, end = float(x.min()) - margin, float(x.max()) + margin
         planes = [wall.point[2] for wall in scene.walls if wall.shape == "plane"]
-        lines = np.array([[(left, height), (right, height)] for height in planes])
+        lines = np.array([[(start, height), (end, height)] for height in planes])
         return Discs(self.name, table["time_s"], x, z, radii, lines=lines.reshape(-1, 2, 2))
 
     # ---- verification
@@ -144,8 +144,8 @@ class ContactCase(Case[P]):
                     later = varied == "quick" and name != QUICK_VARIATION
                     shortest = "default" if later else varied
                     if runs_at(shortest, level):
-                        one = replace(trial, level=shortest, variation=name, varied_scene=scene)
-                        yield from one.checks(engine)
+                        other = replace(trial, level=shortest, variation=name, varied_scene=scene)
+                        yield from other.checks(engine)
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the matrix of laws and systems for each engine, after the overview of all."""

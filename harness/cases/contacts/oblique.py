@@ -125,17 +125,12 @@ class LjUnits(Oblique):
         """Return the impact in other units."""
         scene = super().scene()
         units = {"radius": LENGTH, "mass": MASS, "position": LENGTH, "velocity": SPEED}
-        bodies = tuple(
-            body.replace(
-                **{
-                    name: np.divide(getattr(body, name), one).tolist()
-                    for name, one in units.items()
-                }
-            )
-            for body in scene.bodies  # without spin
-        )
+        bodies = []
+        for body in scene.bodies:  # without spin
+            parts = {n: np.divide(getattr(body, n), unit).tolist() for n, unit in units.items()}
+            bodies.append(body.replace(**parts))
         law = scene.law.in_units(LENGTH, MASS, TIME)
-        return scene.replace(bodies=bodies, law=law, step=scene.step / TIME)
+        return scene.replace(bodies=tuple(bodies), law=law, step=scene.step / TIME)
 
     def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return the ratios of an oblique impact."""
@@ -234,8 +229,8 @@ class PartialSlipCase(ContactCase[Any]):
     def checks_up_to(self, engine: Engine, level: Level) -> Iterator[Check]:
         """Yield the checks of trials, and the impacts of the first of the laws that is stated."""
         yield from super().checks_up_to(engine, level)
-        stated = (law for law in LAWS if not any(map(engine.refuses, self._jobs(law))))
-        law = next(stated, None) if level != "quick" else None
+        laws = (law for law in LAWS if not any(map(engine.refuses, self._jobs(law))))
+        law = next(laws, None) if level != "quick" else None
         if law is not None:
             yield Check(
                 setup=f"{law}, wall, partial slip",
