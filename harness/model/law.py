@@ -367,24 +367,15 @@ class Law(Parameters):
         tsuji is taken for coeff_restitution of hertz, which has the same restitution.
         """
         k, (p, q, s) = self.stiffness(radius, overlap), DAMPING[self.damping].powers
-        secant = k if self.normal == "hooke" else k / 1.5  # F / d
-        contact_radius = math.sqrt(radius * overlap)
-        if self.damping == "mdr":
-            return self.dashpot_coefficient * math.sqrt(mass * k)
-        factor = self.dashpot_coefficient * mass**p * contact_radius**q
-        return factor * math.sqrt(mass * secant) ** s
-
-    @property
-    def dashpot_coefficient(self) -> float:
-        """Return the coefficient c of the dashpot, made for a restitution where there is one.
-
-        That of hertz has sqrt(5) zeta (Antypov and Elliott, EPL 94, 50004 (2011)).
-        """
         e = mean("geometric", self.restitution, self.partner_restitution)
         factor = (self.damping_coefficient or 0.0) if e is None else damping_ratio(e)
-        if DAMPING[self.damping].powers[2]:
+        if self.damping == "mdr":
+            return factor * math.sqrt(mass * k)
+        if s:
             factor *= 2.0 if self.normal == "hooke" else math.sqrt(5.0)
-        return factor
+        secant = k if self.normal == "hooke" else k / 1.5  # F / d
+        contact_radius = math.sqrt(radius * overlap)
+        return factor * mass**p * contact_radius**q * math.sqrt(mass * secant) ** s
 
     def in_units(self, length: float, mass: float, time: float) -> Law:
         """Return the law in other units [m, kg, s]; conductances stay, heat has its own."""

@@ -23,7 +23,7 @@ from harness.compiled import shielded
 from harness.errors import EngineNaNError
 from harness.model.base import Parameters
 from harness.model.conventions import Faults, Rules
-from harness.model.law import DAMPING, Law
+from harness.model.law import DAMPING, Law, damping_ratio
 from harness.model.scene import Body, Floats, Motion, Scene, Wall
 from harness.solvers import contacts, kernels, mdr
 from harness.solvers.contacts import System
@@ -332,10 +332,17 @@ def _tsuji_dashpot(restitution: Number, faults: Faults) -> Number:
 
 
 def dashpot_coefficient(law: Law, faults: Faults) -> float:
-    """Return the coefficient of a dashpot, of which tsuji has a polynomial of its own."""
-    if law.damping == "tsuji" and law.restitution is not None:
+    """Return the coefficient of a dashpot, apart from the law's own: evidence of one another.
+
+    One made for a restitution of hertz has sqrt(5) zeta (Antypov and Elliott, EPL 94, 50004
+    (2011)).
+    """
+    if law.restitution is None:
+        factor = 2.0 if law.damping == "damping_ratio" else 1.0
+        return factor * (law.damping_coefficient or 0.0)
+    if law.damping == "tsuji":
         return _tsuji_dashpot(law.restitution, faults)
-    return law.dashpot_coefficient
+    return damping_ratio(law.restitution) * (2.0 if law.normal == "hooke" else math.sqrt(5.0))
 
 
 _FIRST = Scene(bodies=(Body(radius=1.0, mass=1.0),), step=1.0, steps=1)  # for types of records

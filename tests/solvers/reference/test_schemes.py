@@ -68,17 +68,23 @@ def lasts(stiffness, factor, angle, wells):
 JITTERED = ((1e5, 50), (1e6, 50))
 
 
-@pytest.mark.parametrize(
-    "row", [row for row in recorded("critical_angles_euler.csv")
-            if (row["stiffness_N_per_m"], row["dtsolid_factor"]) not in JITTERED],
-)  # fmt: skip
+def steady_rows():
+    for row in recorded("critical_angles_euler.csv"):
+        case = row["stiffness_N_per_m"], row["dtsolid_factor"]
+        if case not in JITTERED:
+            yield pytest.param(row, marks=[pytest.mark.slow] if case[1] > 500 else [])
+
+
+@pytest.mark.parametrize("row", [*steady_rows()])
 def test_recorded_critical_angle(row):
     stiffness, factor, angle, _ = row.tolist()
     assert not lasts(stiffness, factor, angle - 3e-3, 20)
     assert lasts(stiffness, factor, angle + 3e-3, 20)
 
 
-@pytest.mark.parametrize(("stiffness", "factor"), JITTERED)
+@pytest.mark.parametrize(
+    ("stiffness", "factor"), [JITTERED[0], pytest.param(*JITTERED[1], marks=pytest.mark.slow)]
+)
 def test_recorded_critical_angle_lies_between_fates_of_short_and_long_runs(stiffness, factor):
     table = recorded("critical_angles_euler.csv")
     same = (table["stiffness_N_per_m"] == stiffness) & (table["dtsolid_factor"] == factor)
