@@ -43,28 +43,6 @@ def by_enumeration(overlap, law):
     raise AssertionError("no contact set")
 
 
-def random_overlaps(rng, kind, n):
-    """Separated chains, dense ones, strongly unequal compressions, near contacts."""
-    if kind == 0:
-        return 0.1 * rng.uniform(-0.3, 1, n)
-    if kind == 1:
-        return 0.2 * rng.uniform(0.5, 1, n)
-    if kind == 2:
-        return 10 ** rng.uniform(-9, -0.5, n) * rng.choice([1, 1, -1], n)
-    return 0.1 + 1e-6 * rng.normal(size=n)
-
-
-def test_pivoting_and_the_sweeps_of_the_source_agree_on_five_hundred_configurations():
-    rng = np.random.default_rng(20240913)
-    worst = 0.0
-    for count in range(500):
-        x = centres(random_overlaps(rng, count % 4, int(rng.integers(1, 40))))
-        apart = np.abs(chain.compressions_by_sweeps(x, 1.0) - contact_forces(x, 1.0, 1.0)).max()
-        assert apart <= rounding(x)
-        worst = max(worst, apart)
-    assert worst > 0.0  # they do not share their arithmetic
-
-
 @settings(max_examples=100, deadline=None)
 @given(overlaps)
 def test_both_agree_on_awkward_configurations_which_fulfil_the_conditions(overlap):
