@@ -10,10 +10,9 @@ step by step. The cost of a step is linear in the number of particles.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from harness.compiled import compiled, shielded
 from harness.errors import EngineNaNError, RequestError
@@ -74,6 +73,15 @@ def run(
     )
 
 
+def _start(chain: Chain) -> tuple[Any, ...]:
+    """Return u, v, accelerations of four stages, overlap, force, contact set; grain's contacts."""
+    n = chain.diagonal.size
+    accelerations, (overlap, force) = np.zeros((4, n + 1)), np.zeros((2, n))
+    closed, factor, contacts = np.zeros(n, np.bool_), np.zeros((3, n)), np.array([-1])
+    u, v = chain.displacement.copy(), chain.velocity.copy()
+    return u, v, *accelerations, overlap, force, closed, factor, contacts
+
+
 class _Plan(NamedTuple):
     """The steps of a run: size [s], number, and those between samples."""
 
@@ -83,35 +91,13 @@ class _Plan(NamedTuple):
     dense: bool  # Runge-Kutta, with a sample at each change of the grain's contacts
 
 
-class _State(NamedTuple):
-    """The state of N particles between two steps."""
-
-    u: Floats  # (N,) [m]
-    v: Floats  # (N,) [m/s]
-    a: Floats  # (N,) [m/s2] accelerations of four stages
-    b: Floats
-    c: Floats
-    d: Floats
-    overlap: Floats  # (n,) [m]
-    force: Floats  # (n,) [N]
-    closed: Flags  # (n,)
-    factor: Floats  # (3, n)
-    contacts: NDArray[np.int64]  # (1,) of the grain's chain at the last sample
-
-
-def _start(chain: Chain) -> _State:
-    n = chain.diagonal.size
-    a, b, c, d = (np.zeros(n + 1) for _ in range(4))
-    u, v, (overlap, force) = chain.displacement.copy(), chain.velocity.copy(), np.zeros((2, n))
-    closed, factor = np.zeros(n, np.bool_), np.zeros((3, n))
-    return _State(u, v, a, b, c, d, overlap, force, closed, factor, np.array([-1]))
-
-
 # Kernels take arrays one by one: to take one out of a tuple costs as much as a short row.
 
 
 @compiled
-def _advance(chain: Chain, state: _State, plan: _Plan, first: int, last: int, rows: Floats) -> int:
+def _advance(
+    chain: Chain, state: tuple[Any, ...], plan: _Plan, first: int, last: int, rows: Floats
+) -> int:
     """Take the steps from ``first`` to before ``last``.
 
     Return how many rows are written, -1 where no contact set fits.

@@ -23,7 +23,7 @@ from harness.errors import RequestError
 from harness.model.base import ZERO
 from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law
-from harness.model.scene import Body, Floats, Scene, effective_mass, effective_radius
+from harness.model.scene import Floats, Scene, effective_mass, effective_radius
 from harness.solvers import mdr, reference
 from harness.solvers.contacts import jkr_radius
 from harness.solvers.kernels import FORCE
@@ -72,16 +72,13 @@ def yield_time(scene: Scene) -> float:
 
 def before(scene: Scene, lead: float) -> Scene:
     """Return a scene a time [s] before, when its first body flew freely."""
-    first, *others = scene.bodies
-    g = np.array(scene.gravity)
-    early = _moved_back(first, lead, 0.5 * lead * lead * g)
-    early = early.replace(velocity=(np.array(first.velocity) - lead * g).tolist())
-    return scene.replace(bodies=(early, *(_moved_back(other, lead, 0.0) for other in others)))
-
-
-def _moved_back(body: Body, lead: float, fallen: Floats | float) -> Body:
-    place = np.array(body.position) - lead * np.array(body.velocity) + fallen
-    return body.replace(position=place.tolist())
+    bodies, g = [], np.array(scene.gravity)
+    for body in scene.bodies:
+        x, v = np.array(body.position), np.array(body.velocity)
+        place, velocity = x - lead * v + 0.5 * lead * lead * g, v - lead * g
+        bodies.append(body.replace(position=place.tolist(), velocity=velocity.tolist()))
+        g = np.zeros(3)  # the others do not fall
+    return scene.replace(bodies=tuple(bodies))
 
 
 class _Impact(NamedTuple):
@@ -276,7 +273,7 @@ def _elastic(impact: _Impact) -> Callable[[float, float], tuple[float, float]]:
     if law.normal_stiffness is not None:
         k = law.normal_stiffness
         return lambda x, _: (k * x, math.sqrt(radius * max(x, 0.0)))
-    modulus = law.moduli[0] if law.moduli else 0.75 * (law.normal_modulus or 0.0)
+    modulus = law.effective_modulus
 
     def hertz(x: float, _: float) -> tuple[float, float]:
         a = math.sqrt(radius * max(x, 0.0))
