@@ -13,28 +13,18 @@ from PIL import Image
 from harness.errors import RequestError
 from harness.report import content, figures
 from harness.report.content import Discs, Drawing, value_text
-from harness.report.figures import (
-    MARKERS,
-    MOST_FRAMES,
-    axis,
-    check_film,
-    disc_figure,
-    film_samples,
-    label,
-    legend_below,
-    panels,
-    write_film,
-)
 from harness.report.page import draw
 
 
 def convergence():
-    figure = panels(1, 2)
+    figure = figures.panels(1, 2)
     steps = np.logspace(-5, -2, 7)
     for axes in figure.axes:
-        axes.loglog(steps, steps, MARKERS[0], label="LAMMPS")
-        label(axes, axis("time step", "s"), axis("error", "1"), "first order")
-    legend_below(figure)
+        axes.loglog(steps, steps, figures.MARKERS[0], label="LAMMPS")
+        figures.label(
+            axes, figures.axis("time step", "s"), figures.axis("error", "1"), "first order"
+        )
+    figures.legend_below(figure)
     figure.text(0.5, 0.5, "theory: 10.20782 deg, 7.0 to 0.00012")
     return figure
 
@@ -66,7 +56,7 @@ def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_a
     assert first.svg == draw(drawing).svg
     words = "".join(ElementTree.fromstring(first.svg).itertext())
     assert "theory: 10.20782 deg, 7.0 to 0.00012" in words  # numbers in text keep their digits
-    assert words.count("LAMMPS") == 1  # one legend for both panels
+    assert words.count("LAMMPS") == 1  # one legend for both figures.panels
     assert first.size == pytest.approx((2 * 4.2 * 72, 3.0 * 72))
     assert "http" not in first.svg.replace("http://www.w3.org/", "")
     assert first.png.startswith(b"\x89PNG")
@@ -87,15 +77,15 @@ FALL = Discs(
 
 def test_samples_are_nearest_to_equal_times_and_none_is_invented():
     time = np.array([0.0, 0.1, 0.2, 0.9, 1.0])
-    assert film_samples(time, 3).tolist() == [0, 2, 4]
-    assert film_samples(time, 100).tolist() == [0, 2, 3, 4]
-    assert film_samples(time[:1], 100).tolist() == [0]
+    assert figures.film_samples(time, 3).tolist() == [0, 2, 4]
+    assert figures.film_samples(time, 100).tolist() == [0, 2, 3, 4]
+    assert figures.film_samples(time[:1], 100).tolist() == [0]
 
 
 def test_discs_have_places_radii_and_colours_of_the_sample():
     radius = np.tile(FALL.radius, (40, 1)) * np.linspace(1.0, 0.5, 40)[:, None]
     film = replace(FALL, radius=radius, value=FALL.y, value_label="height (m)")
-    figure, show = disc_figure(film)
+    figure, show = figures.disc_figure(film)
     axes, colours = figure.axes
     moving = axes.collections[1]
     first = moving.to_rgba(moving.get_array())
@@ -108,8 +98,8 @@ def test_discs_have_places_radii_and_colours_of_the_sample():
 
 
 def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):
-    write_film(FALL, tmp_path / "a.gif", frames=4)
-    write_film(FALL, tmp_path / "a.PNG", frames=4)
+    figures.write_film(FALL, tmp_path / "a.gif", frames=4)
+    figures.write_film(FALL, tmp_path / "a.PNG", frames=4)
     with Image.open(tmp_path / "a.gif") as gif, Image.open(tmp_path / "a.PNG") as png:
         assert (gif.n_frames, png.format) == (4, "PNG")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.PNG", "a.gif"]
@@ -121,7 +111,7 @@ def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):
         ("a.avi", 9, ".gif, .mp4, .png"),
         ("none/a.gif", 9, "there is no folder"),
         ("a.gif", 1, "from 2 to"),
-        ("a.gif", MOST_FRAMES + 1, f"{MOST_FRAMES + 1} frames"),
+        ("a.gif", figures.MOST_FRAMES + 1, f"{figures.MOST_FRAMES + 1} frames"),
         ("folder.gif", 9, "is not a file"),
         ("a.mp4", 9, r"ffmpeg, which is not on the path.*\.gif"),
     ],
@@ -130,7 +120,7 @@ def test_a_film_that_cannot_be_written_is_refused(tmp_path, monkeypatch, name, f
     (tmp_path / "folder.gif").mkdir()
     monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(tmp_path / "no-ffmpeg"))
     with pytest.raises(RequestError, match=reason) as error:
-        check_film(tmp_path / name, frames)
+        figures.check_film(tmp_path / name, frames)
     assert str(error.value).startswith(f"--film {tmp_path / name}: ")
 
 
@@ -141,6 +131,6 @@ def test_an_ffmpeg_that_fails_leaves_the_older_film(tmp_path, monkeypatch):
     monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(program))
     (tmp_path / "a.mp4").write_text("an older film")
     with pytest.raises(RequestError, match="ffmpeg failed with 3 no such codec"):
-        write_film(FALL, tmp_path / "a.mp4", frames=3)
+        figures.write_film(FALL, tmp_path / "a.mp4", frames=3)
     assert (tmp_path / "a.mp4").read_text() == "an older film"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mp4", "ffmpeg"]
