@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from harness.cases.bench import OWN
 from harness.cases.checks import failed_run
 from harness.errors import EngineError, Unsupported
+from harness.report.content import Badge
 from harness.results.rows import Kind, Row, Tolerance, Verdict, finding, judge, not_tested
 
 Floats = NDArray[np.float64]
@@ -29,6 +31,11 @@ CORRECTED = "corrected"
 ROUND_OFF = 1e-12  # of numbers of about 1, by two routes in double precision
 HALF_DIGIT = "half of the last digit"
 SEED = 2409_13633
+STATUSES = (  # in the colours that verdicts have on a page
+    Badge("reproduced", "pass"), Badge("reproduced with a correction", "not tested"),
+    Badge("not reproduced", "fail"), Badge("not tested", "recorded"),
+)  # fmt: skip
+REPRODUCED, WITH_CORRECTION, NOT_REPRODUCED, UNTESTED = STATUSES
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,7 @@ class Statement:
     engine: str = OWN
     version: str = ""
 
+    @cached_property
     def rows(self) -> list[Row]:
         """Return its row as printed, and its row as corrected where that is another value."""
         row = Row(case=CASE, setup=self.where, quantity=self.key, engine=self.engine,
@@ -81,6 +89,16 @@ class Statement:
         value, expected = (self.corrected, 1.0) if words else (self.value, self.corrected)
         row = replace(row, check=CORRECTED, note=self.correction)
         return [finding(printed), judge(_worst_sample(row, value, expected), tolerance)]
+
+    @property
+    def status(self) -> Badge:
+        """Return whether it is reproduced, with a correction or not, or not tested."""
+        verdicts = [row.verdict for row in self.rows]
+        if verdicts[0] is Verdict.PASS:
+            return REPRODUCED
+        if verdicts[0] is not Verdict.FINDING:
+            return UNTESTED
+        return WITH_CORRECTION if verdicts[-1] is Verdict.PASS else NOT_REPRODUCED
 
 
 def _worst_sample(row: Row, value: ArrayLike, expected: ArrayLike) -> Row:

@@ -28,7 +28,7 @@ from harness.cases.tower.impulse import (
 )
 from harness.cases.tower.parameters import LAWS, Tower
 from harness.errors import RequestError
-from harness.report.content import Badge, Drawing, Section, Table, power
+from harness.report.content import Drawing, Section, Table, power
 from harness.report.figures import (
     BLACK,
     BLUE,
@@ -43,17 +43,12 @@ from harness.report.figures import (
     panels,
 )
 from harness.report.page import report_files
-from harness.reproduction import CASE, CORRECTED, Statement, chains, incline, towers
-from harness.results.rows import Verdict, table
+from harness.reproduction import CASE, REPRODUCED, STATUSES, Statement, chains, incline, towers
+from harness.results.rows import table
 from harness.store.cache import EngineChoice, opened
 from harness.store.runs import Meta, Run, write_run
 
 TITLE = "Harper, Dufek and Breard (arXiv:2409.13633), recomputed"
-REPRODUCED, WITH_CORRECTION = "reproduced", "reproduced with a correction"
-NOT_REPRODUCED, UNTESTED = "not reproduced", "not tested"
-STATUS_COLOURS = {  # verdicts whose colours the statuses have on a page
-    REPRODUCED: "pass", WITH_CORRECTION: "not tested", NOT_REPRODUCED: "fail", UNTESTED: "recorded",
-}  # fmt: skip
 INTRODUCTION = """\
 Each statement of the source that can be recomputed is a row: the printed value is expected, the
 value comes by an independent route. A statement that does not hold is a finding; where a correction
@@ -105,7 +100,7 @@ def recomputed(
     for done, part in enumerate(parts, 1):
         statements += part
         progress("parts of the source", done, len(parts))
-    rows = [row for statement in statements for row in statement.rows()]
+    rows = [row for statement in statements for row in statement.rows]
     engines = {row.engine: row.version for row in rows if row.engine != OWN}
     meta = Meta(level="default", cases=(CASE,), engines=engines | {OWN: __version__},
                 started=started, seconds=time.monotonic() - clock,
@@ -121,65 +116,44 @@ def write_reproduction(run: Reproduction, folder: Path) -> None:
 
 def statuses(run: Reproduction) -> dict[str, str]:
     """Return the status of each statement by its key."""
-    verdicts = run.rows.set_index(["check", "quantity"])["verdict"].to_dict()
-
-    def status(key: str) -> str:
-        if verdicts["", key] == Verdict.PASS:
-            return REPRODUCED
-        if verdicts["", key] in (Verdict.NOT_TESTED, Verdict.FAIL):
-            return UNTESTED
-        corrected = verdicts.get((CORRECTED, key)) == Verdict.PASS
-        return WITH_CORRECTION if corrected else NOT_REPRODUCED
-
-    return {statement.key: status(statement.key) for statement in run.statements}
+    return {statement.key: statement.status.text for statement in run.statements}
 
 
 def headline(run: Reproduction) -> str:
     """Return how many statements have each status."""
-    numbers = Counter(statuses(run).values())
-    return ", ".join(f"{numbers[name]} {name}" for name in STATUS_COLOURS if numbers[name])
+    return ", ".join(f"{number} {status}" for status, number in _counts(run).items() if number)
+
+
+def _counts(run: Reproduction) -> dict[str, int]:
+    numbers = Counter(statement.status for statement in run.statements)
+    return {status.text: numbers[status] for status in STATUSES}
 
 
 def sections(run: Reproduction) -> list[Section]:
     """Return the ledger of statements, the errata with their evidence, and the figures."""
-    ledger = _ledger(run)
-    numbers = Counter(ledger["status"])
-    counts = pd.DataFrame([{status: numbers[status] for status in STATUS_COLOURS}])
-    errata = ledger[(ledger["correction"] != "") & (ledger["status"] != REPRODUCED)]
-    errata = errata.reset_index(drop=True)
-    evidence = [
-        f"{value:.7g} recomputed, {printed:.7g} as printed"
-        for value, printed in zip(errata["recomputed"], errata["printed"], strict=True)
-    ]
-    columns = ["where", "the source states", "correction", "evidence", "status"]
-    badges = pd.Series([Badge(status, STATUS_COLOURS[status]) for status in ledger["status"]])
+    ledger, errata = [], []
+    for statement in run.statements:
+        row, status = statement.rows[0], statement.status
+        text = {"where": statement.where, "the source states": statement.text}
+        values = {
+            "recomputed": row.value, "printed": row.expected,
+            "unit": "" if row.unit == "1" else row.unit, "note": row.note,
+        }  # fmt: skip
+        ledger.append({**text, "status": status, **values})
+        if statement.correction and status != REPRODUCED:
+            evidence = f"{row.value:.7g} recomputed, {row.expected:.7g} as printed"
+            errata.append({**text, "correction": statement.correction, "evidence": evidence,
+                           "status": status.text})  # fmt: skip
     return [
         Section("Statements", INTRODUCTION, (
-            Table("Status of the statements", counts),
-            Table("Ledger", ledger.drop(columns="correction").assign(status=badges)),
+            Table("Status of the statements", pd.DataFrame([_counts(run)])),
+            Table("Ledger", pd.DataFrame(ledger)),
         )),
         Section("Errata", "What has to be changed for a statement to hold.", (
-            Table("Corrections", errata.assign(evidence=evidence)[columns]),
+            Table("Corrections", pd.DataFrame(errata)),
         )),
         Section("Figures", drawings=drawings()),
     ]  # fmt: skip
-
-
-def _ledger(run: Reproduction) -> pd.DataFrame:
-    """Return texts, status and values of the statements, in order."""
-    printed = run.rows[run.rows["check"] == ""].set_index("quantity")
-    status = statuses(run)
-    return pd.DataFrame(
-        {
-            "where": statement.where, "the source states": statement.text,
-            "status": status[statement.key],
-            "recomputed": printed.loc[statement.key, "value"],
-            "printed": printed.loc[statement.key, "expected"],
-            "unit": "" if statement.unit == "1" else statement.unit,
-            "note": printed.loc[statement.key, "note"], "correction": statement.correction,
-        }
-        for statement in run.statements
-    )  # fmt: skip
 
 
 # ---- figures

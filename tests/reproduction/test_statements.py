@@ -51,12 +51,12 @@ def run():
     ],
 )
 def test_verdicts_of_a_statement(values, verdicts):
-    assert [row.verdict for row in Statement("x", "eq. (0)", "x = 1", *values).rows()] == verdicts
+    assert [row.verdict for row in Statement("x", "eq. (0)", "x = 1", *values).rows] == verdicts
 
 
 def test_a_row_has_the_sample_that_differs_most_and_a_second_one_the_correction():
     samples = [1.0, 2.0, 3.0], [1.0, 2.5, 3.1], [1.0, 2.0, 3.0]
-    printed, right = Statement("x", "eq. (0)", "x = 1", *samples, correction="x = 2").rows()
+    printed, right = Statement("x", "eq. (0)", "x = 1", *samples, correction="x = 2").rows
     assert (printed.value, printed.expected) == (2.0, 2.5)
     assert (right.check, right.note) == ("corrected", "x = 2")
 
@@ -70,9 +70,9 @@ def test_statements_on_an_engine_are_rows_where_it_dies_or_is_not_there(monkeypa
         raise EngineError("lost atoms")
 
     monkeypatch.setattr("harness.reproduction.incline.angle_on", dies)
-    dead = [row for statement in on_engine(Dead()) for row in statement.rows()]
+    dead = [row for statement in on_engine(Dead()) for row in statement.rows]
     assert [(row.verdict, row.engine, row.version) for row in dead] == [("fail", "dead", "1")] * 3
-    none = [row for statement in on_engine(None) for row in statement.rows()]
+    none = [row for statement in on_engine(None) for row in statement.rows]
     assert [(row.verdict, row.kind) for row in none] == [("not tested", "cross-code")] * 3
 
 
@@ -141,7 +141,7 @@ def test_every_figure_is_drawn():
 
 @pytest.mark.slow
 def test_in_the_scheme_of_mfix_a_finer_step_is_further_from_the_closed_form():
-    verdicts = [row.verdict for statement in mfix_scheme() for row in statement.rows()]
+    verdicts = [row.verdict for statement in mfix_scheme() for row in statement.rows]
     assert verdicts == ["pass", "finding"]
 
 
