@@ -148,8 +148,8 @@ def _run(config: pytest.Config) -> dict[str, Any]:
     temporary: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
     target = choice.output or temporary.mktemp("dem-harness") / "report"
     try:  # a suite may turn warnings into errors: those of libraries are not its own
-        with warnings.catch_warnings(action="ignore"), output_folder(target) as folder:
-            record = verified(choice, engines, folder)
+        with warnings.catch_warnings(action="ignore"):
+            record = verified(choice, engines, output_folder(target))
     except RequestError as error:
         raise _usage_error(config, error) from None
     except HarnessError as error:

@@ -133,14 +133,14 @@ def _status(words: list[str]) -> int:
 
 def _print_error(message: str, status: int) -> int:
     """Print an error on stderr, and with --json as an object on stdout; return the status."""
-    from harness.cli.output import print_json
+    from harness.cli.output import show
     from harness.report.content import printable
 
     message = printable(message)[:MOST_CHARACTERS]
     with contextlib.suppress(OSError):
         print(f"dem-harness: {message}", file=sys.stderr)
         if "--json" in sys.argv[1:]:
-            print_json({"error": message, "status": status})
+            show({"error": message, "status": status}, True)
     return status
 
 

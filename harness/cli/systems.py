@@ -28,8 +28,7 @@ from harness.cli.options import (
 from harness.cli.output import (
     check_target,
     print_frame,
-    print_json,
-    print_record,
+    show,
     write_all,
 )
 from harness.errors import RequestError
@@ -133,8 +132,7 @@ def theory(choice: TheoryOptions = TheoryOptions(), *, json: Json = False) -> in
     """
     from harness.workflows import theory as closed_form
 
-    (print_json if json else print_record)(closed_form(**vars(choice)).to_json())
-    return 0
+    return show(closed_form(**vars(choice)).to_json(), json)
 
 
 @Parameter(name="*")
@@ -208,9 +206,7 @@ def critical_angle(
     _check(choice.engine, engines, "--engine", choice.force, work)
     with opener(engines, "critical-angle", json) as opening, opening.qualified(choice.engine) as on:
         angle = verbs[choice.extrapolate](case, engine=on, progress=opening.progress, **options)
-    return opening.answer(
-        {**angles_to_compare(case.contact), **angle.to_json()}, json, print_record
-    )
+    return opening.answer({**angles_to_compare(case.contact), **angle.to_json()}, json)
 
 
 # ---- the tower
@@ -270,7 +266,7 @@ def tower(
         longer = Runner(runner.get("solver", ""), runner.get("engine"))
         record = summary(run, choice.window, longer.covering(run, choice.window))
     write_all({("--series", choice.series): partial(run.to_frame().to_csv, index=False)})
-    return opening.answer(record, json, print_record)
+    return opening.answer(record, json)
 
 
 @Parameter(name="*")
@@ -344,7 +340,9 @@ def impulse(
     write_all({("--csv", choice.csv): partial(frame.to_csv, index=False),
                ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
     record["rows"] = frame.to_dict(orient="records")
-    return opening.answer(record, json, lambda _: print_frame(frame, len(frame)))
+    if not json:
+        print_frame(frame, len(frame))
+    return opening.answer(record, json, {})
 
 
 # ---- what they share

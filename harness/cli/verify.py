@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from harness.cli.options import (
+    Cases,
     EngineOptions,
     File,
     Folder,
     Force,
     Json,
-    Names,
-    Pattern,
+    Only,
     duration_check,
     opener,
 )
-from harness.cli.output import output_folder, print_json, print_wrapped, tell
+from harness.cli.output import output_folder, print_wrapped, show, tell
 from harness.errors import RequestError
 from harness.results.rows import KEY, row_name
 
@@ -43,13 +43,10 @@ class VerifyOptions:
     """The checks that take seconds."""
     full: bool = False
     """All checks, those of minutes and more among them."""
-    cases: Names = None
-    """Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"""
+    cases: Cases = None
     engines: Annotated[str, Parameter(metavar="all|NAME[,NAME...]")] = "lammps"
     """These engines and no others; `all` is every installed engine."""
-    only: Pattern = ""
-    """Run what matches case/setup/quantity, its start or its end, in all cases unless --cases
-    names some, as 'oblique/hertz*' or '*rim_speed_ratio'."""
+    only: Only = ""
     output: Folder = None
     """Folder for the report; must not hold anything yet. [default: reports/runs/ and the date]"""
     known_defects: File = None
@@ -91,13 +88,11 @@ def verify(
         dem-harness verify --engines lammps,liggghts --cases contacts
     """
     check_request(choice, engines)
-    with output_folder(choice.output) as folder:
-        record = verified(choice, engines, folder, quiet=json)
-    if json:
-        print_json(record)
-    else:
+    folder = output_folder(choice.output)
+    record = verified(choice, engines, folder, quiet=json)
+    if not json:
         _print(record, folder, verbose=choice.verbose)
-    return int(record["status"])
+    return show(record, json, {})
 
 
 def check_request(choice: VerifyOptions, engines: EngineOptions) -> None:

@@ -40,7 +40,7 @@ BAD = {
     "engines": [("--program nix=/x", "--program nix", "must be one of lammps")],
     "inputs": [
         ("--engine yade", "--engine yade", "needs --output"),
-        ("--check --engine yade", "--engine yade", "goes without --check"),
+        ("--check --engine yade", "--engine yade", "without --check"),
     ],
     "diff": [
         ("", "RUNS", "--help"),
