@@ -36,10 +36,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the mark of the rows; raise UsageError for wrong options."""
+    """Declare the mark of the rows."""
     config.addinivalue_line("markers", "dem_harness: a row of a verification (--dem-harness)")
-    if config.option.dem_harness and not hasattr(config, "workerinput"):
-        _options(config)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -162,7 +160,6 @@ def _options(config: pytest.Config) -> tuple[Any, Any]:
     from cyclopts import CycloptsError
 
     from harness.cli import make_app, usage_error
-    from harness.cli.verify import check_request
 
     try:
         words = ["verify", *shlex.split(config.option.dem_harness_options)]
@@ -171,13 +168,11 @@ def _options(config: pytest.Config) -> tuple[Any, Any]:
                 raise ValueError(f"{word}: goes with the command dem-harness verify only")
         _, bound, _ = make_app(words).parse_args(words, exit_on_error=False, print_error=False)
         bound.apply_defaults()
-        chosen = bound.arguments["choice"], bound.arguments["engines"]
-        check_request(*chosen)
+        return bound.arguments["choice"], bound.arguments["engines"]
     except CycloptsError as error:
         raise _usage_error(config, usage_error(error)) from None
     except ValueError as error:
         raise _usage_error(config, error) from None
-    return chosen
 
 
 def _usage_error(config: pytest.Config, reason: object) -> pytest.UsageError:

@@ -12,6 +12,7 @@ from harness.results.rows import Failure, Row, Tolerance, Verdict, failed, judge
 from harness.store.runs import json_records
 
 pytest_plugins = ["pytester"]
+VERIFIED = harness.cli.verify.verified
 WIDTH = Tolerance(0.1, reason="a reason")
 OWN = """
 def test_own(dem_verification):
@@ -118,7 +119,8 @@ def test_an_engine_that_failed_is_an_error_beside_the_rows(ran, monkeypatch):
         ("'", "No closing quotation"),
     ],
 )
-def test_wrong_options_are_usage_errors(ran, options, words):
+def test_wrong_options_are_usage_errors(ran, monkeypatch, options, words):
+    monkeypatch.setattr(harness.cli.verify, "verified", VERIFIED)
     result = ran("--dem-harness", f"--dem-harness-options={options}")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert words in result.stderr.str()

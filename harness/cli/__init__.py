@@ -7,7 +7,6 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
@@ -55,7 +54,7 @@ def main() -> None:
     """Run ``dem-harness``; end with its exit status (0 to 4, 130 or 143)."""
     try:
         signal.signal(signal.SIGTERM, _stop)
-        _open_streams()
+        _replace_unprintable()
         status = _flushed(_status(sys.argv[1:]))
     except KeyboardInterrupt:
         status = TERMINATED if _stopped_by else INTERRUPTED
@@ -150,20 +149,17 @@ def _stop(number: int, _: Any) -> None:
     raise KeyboardInterrupt
 
 
-def _open_streams() -> None:
-    """Open streams that the caller closed, and replace what a terminal cannot show."""
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-        if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
+def _replace_unprintable() -> None:
+    """Print question marks for what a terminal cannot show."""
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(AttributeError, ValueError):
+        with contextlib.suppress(AttributeError, ValueError):  # closed by the caller
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
 
 
 def _flushed(status: int) -> int:
     """Write out stdout; a closed pipe is no error, a full disk is."""
     try:
-        sys.stdout.flush()
+        print(end="", flush=True)
     except OSError as error:
         with contextlib.suppress(OSError, ValueError):  # the interpreter would complain at its end
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -191,37 +191,39 @@ def sweep(
         A case that `dem-harness cases` lists, or a file, FILE.toml, that describes a sweep.
     """
     from harness.engines.registry import named_values
-    from harness.workflows.sweeps import plan, read_points, run_sweep
+    from harness.workflows import sweep as run_sweep
 
-    over = named_values(choice.over or (), "--over")
-    fixed = named_values(choice.settings or (), "--set")
-    planned = plan(target, over, fixed, choice.engines, choice.quantity)
-    name, column = next(iter(planned.columns.items()))
-    points = None
-    if choice.reference is not None:
-        errors = (f"uncertainty_{name}", f"uncertainty_{planned.case.quantity(name).unit}")
-        points = read_points(choice.reference, planned.request.swept[0], column, errors)
-    engines.check(planned.engines, "--engines")
-    work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
-    duration_check(choice.force, work)(planned.seconds())
+    def check(planned: Sweep) -> None:
+        engines.check(planned.engines, "--engines")
+        work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
+        duration_check(choice.force, work)(planned.seconds())
+
     folder = choice.output or output_folder(None, "-sweep")
     with opener(engines, "sweep", json) as opening:
-        run_sweep(
-            planned, opening.qualified, output=folder, points=points, executor=opening.executor,
+        result = run_sweep(
+            target,
+            named_values(choice.over or (), "--over"),
+            fixed=named_values(choice.settings or (), "--set"),
+            engines=choice.engines,
+            quantities=choice.quantity,
+            output=folder,
+            reference=choice.reference,
+            open_engine=opening.qualified,
+            check=check,
             progress=opening.progress,
-        )  # fmt: skip
+        )
     unqualified = {name: reason for name, reason in opening.failures.items() if reason}
     notes = [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
     if not (folder / "figure.svg").is_file():
-        notes.append(f"no figure: no run that is done measured {name}")
+        notes.append(f"no figure: no run that is done measured {next(iter(result.columns))}")
     if not json:
-        _print(planned)
+        _print(result)
         for note in (*notes, f"--output {folder}: is written"):
             tell(note)
     more = {"output": str(folder), "notes": notes}
-    show({**planned.to_json(), **opening.runs(), **more}, json, {})
-    ended = planned.count("done") + planned.count("undecided")
-    failed = planned.count("failed") or not ended or unqualified
+    show({**result.to_json(), **opening.runs(), **more}, json, {})
+    ended = result.count("done") + result.count("undecided")
+    failed = result.count("failed") or not ended or unqualified
     return HarnessError.exit_status if failed else 0
 
 

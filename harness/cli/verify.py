@@ -87,24 +87,11 @@ def verify(
 
         dem-harness verify --engines lammps,liggghts --cases contacts
     """
-    check_request(choice, engines)
     folder = output_folder(choice.output)
     record = verified(choice, engines, folder, quiet=json)
     if not json:
         _print(record, folder, verbose=choice.verbose)
     return show(record, json, {})
-
-
-def check_request(choice: VerifyOptions, engines: EngineOptions) -> None:
-    """Raise RequestError for options that contradict one another, and for unknown names."""
-    from harness.cases.registry import selected_names
-    from harness.workflows.settings import selected_engines
-
-    assert choice.level
-    selected_names(choice.cases)
-    engines.check(selected_engines(choice.engines), "--engines")
-    if choice.known_defects is not None and not choice.known_defects.is_file():
-        raise RequestError(f"--known-defects {choice.known_defects}: there is no such file")
 
 
 def verified(
@@ -156,22 +143,29 @@ def name_of(row: Record) -> str:
 
 
 def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
-    """Return the key of a verification; None where an engine has no fingerprint."""
+    """Return the key of a verification; None where an engine has no fingerprint.
+
+    Raise RequestError for options that contradict one another, and for unknown names.
+    """
     from harness.cases.registry import selected_names
     from harness.engines.registry import fingerprint_of
     from harness.files import committed
     from harness.store.cache import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.settings import selected_engines
 
-    names = selected_engines(choice.engines)
+    level, cases = choice.level, choice.cases if choice.cases or not choice.only else "all"
+    names, chosen = selected_engines(choice.engines), selected_names(cases)
+    engines.check(names, "--engines")
+    if choice.known_defects is not None and not choice.known_defects.is_file():
+        raise RequestError(f"--known-defects {choice.known_defects}: there is no such file")
     prints = {name: fingerprint_of(name, engines.opening(name)) for name in names}
     if None in prints.values():
         return None
     defects = choice.known_defects.read_bytes() if choice.known_defects else b""
     return key_of(
         {
-            "verification": choice.level,
-            "cases": selected_names(choice.cases if choice.cases or not choice.only else "all"),
+            "verification": level,
+            "cases": chosen,
             "engines": {name: dict(facts or {}) for name, facts in prints.items()},
             "named": [choice.cases, choice.engines],
             "flags": [choice.only, choice.strict, choice.png],

@@ -122,11 +122,7 @@ class RunResult(Summarized):
         """Return who ran the case with what, and the quantities with their references."""
         values = ", ".join(f"{name} = {value}" for name, value in flat(self.parameters).items())
         lines = {self.case: f"{self.engine} {self.engine_version}", "parameters": values}
-        lines |= {name: str(result) for name, result in self.quantities.items()}
-        searched = [q.name for q in get_case(self.case).quantities if q.varies]
-        if not searched or self.quantities.keys() & set(searched):
-            return lines
-        return lines | {"by --quantity, of several runs": ", ".join(searched)}
+        return lines | {name: str(result) for name, result in self.quantities.items()}
 
 
 def run(  # noqa: PLR0913 - the options of a user

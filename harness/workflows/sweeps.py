@@ -160,6 +160,12 @@ class Sweep(Plottable):
             "engines": ", ".join(self.engines),
         }
 
+    def points_in(self, file: Path) -> Points:
+        """Return measured points of a file for the figure; raise RequestError for a bad one."""
+        name, column = next(iter(self.columns.items()))
+        errors = (f"uncertainty_{name}", f"uncertainty_{self.case.quantity(name).unit}")
+        return read_points(file, self.request.swept[0], column, errors)
+
     def draw(self) -> Figure:
         """Draw the first quantity over the first parameters; RequestError where there is none."""
         if (figure := self.figure()) is None:
@@ -218,8 +224,10 @@ def sweep(  # noqa: PLR0913 - the options of a user
     engines: str | Iterable[str] = "",
     quantities: str | Iterable[str] = "",
     output: Path | None = None,
+    reference: Path | None = None,
     open_engine: OpenEngine = opened,
     executor: Executor | None = None,
+    check: Callable[[Sweep], None] = lambda _: None,
     progress: Progress = silent,
 ) -> Sweep:
     """Run a case at every combination of the values of its parameters, in each engine.
@@ -228,12 +236,38 @@ def sweep(  # noqa: PLR0913 - the options of a user
     nested ones with a dot, to sequences of values or to text such as ``1e5:1e7:log5``; ``fixed``
     are values of all runs. ``engines`` are engines and solvers of the case. With an ``executor``
     its workers make the runs, in place of ``open_engine``. ``output`` is a folder for table and
-    figure, where the same sweep goes on. A run that fails is a row. Raise RequestError for a name
-    or value that is not allowed; EngineMissingError for an engine that is not here.
+    figure, where the same sweep goes on, and which no other may have; ``reference`` a table of
+    measured points for the figure. ``check`` is called with the sweep before anything runs, and
+    may raise. A run that fails is a row. Raise RequestError for a name or value that is not
+    allowed; EngineMissingError for an engine that is named and not here.
     """
     planned = plan(case, over, fixed, engines, quantities)
+    points = None if reference is None else planned.points_in(reference)
+    check(planned)
+    count = sum(not point.refusal for point in planned.points)
+    if output is not None:
+        _take_folder(output, planned.request)
     opening = open_engine if executor is None else partial(opened_on, executor)
-    return run_sweep(planned, opening, output=output, executor=executor, progress=progress)
+    for engine in planned.engines:
+        progress(engine, 0, count)
+        try:
+            runs = _runs(planned, engine, opening, executor)
+            for done, (place, outcome, facts) in enumerate(runs, 1):
+                planned.table[engine][place] |= {**_cells(outcome, planned.columns), **facts}
+                progress(engine, done, count)
+        except EngineMissingError as error:
+            if ALL not in words_in(planned.request.engines):
+                raise
+            planned.missing[engine] = str(error)
+    if output is not None:
+        files: dict[tuple[str, Path], Writer] = {
+            ("--output", output / ROWS): partial(planned.to_frame().to_csv, index=False)
+        }
+        if (figure := planned.figure(points)) is not None:
+            for name in ("figure.svg", "figure.png"):
+                files["--output", output / name] = figure_writer(lambda: figure)
+        write_files(files)
+    return planned
 
 
 def plan(
@@ -282,46 +316,6 @@ def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
 
 
 # ---- runs
-
-
-def run_sweep(
-    planned: Sweep,
-    open_engine: OpenEngine = opened,
-    *,
-    output: Path | None = None,
-    points: Points | None = None,
-    executor: Executor | None = None,
-    progress: Progress = silent,
-) -> Sweep:
-    """Make the runs of a sweep and return it; write table and figure where ``output`` is given.
-
-    The folder gets the request before the first run, so that no other sweep takes it meanwhile.
-    ``points`` of the user join the figure. Raise EngineMissingError where an engine that is named
-    cannot be opened, RequestError for a folder that another sweep has.
-    """
-    count = sum(not point.refusal for point in planned.points)
-    if output is not None:
-        _take_folder(output, planned.request)
-    for engine in planned.engines:
-        progress(engine, 0, count)
-        try:
-            runs = _runs(planned, engine, open_engine, executor)
-            for done, (place, outcome, facts) in enumerate(runs, 1):
-                planned.table[engine][place] |= {**_cells(outcome, planned.columns), **facts}
-                progress(engine, done, count)
-        except EngineMissingError as error:
-            if ALL not in words_in(planned.request.engines):
-                raise
-            planned.missing[engine] = str(error)
-    if output is not None:
-        files: dict[tuple[str, Path], Writer] = {
-            ("--output", output / ROWS): partial(planned.to_frame().to_csv, index=False)
-        }
-        if (figure := planned.figure(points)) is not None:
-            for name in ("figure.svg", "figure.png"):
-                files["--output", output / name] = figure_writer(lambda: figure)
-        write_files(files)
-    return planned
 
 
 def _runs(
