@@ -106,7 +106,7 @@ class RowTest(pytest.Item):
 
 def _rows_by_name(config: pytest.Config) -> list[tuple[str, Mapping[str, Any]]]:
     """Return the rows; one more where an engine failed or a case tested nothing."""
-    from harness.cli.verify import name_of
+    from harness.cli.runs import name_of
 
     if config.option.collectonly:  # the rows are known after a run only
         return [("verification", {})]
@@ -117,7 +117,7 @@ def _rows_by_name(config: pytest.Config) -> list[tuple[str, Mapping[str, Any]]]:
 
 def _text(row: Mapping[str, Any]) -> str:
     """Return a row in words and numbers, a line each, and the end of its engine's log."""
-    from harness.cli.verify import details, name_of
+    from harness.cli.runs import details, name_of
 
     reason = f"tolerance: {row['reason']}" if row["reason"] else ""
     lines = [f"{name_of(row)}: {row['verdict']}", *details(row), reason]
@@ -139,7 +139,7 @@ def session_record(config: pytest.Config) -> dict[str, Any]:
 
 def _run(config: pytest.Config) -> dict[str, Any]:
     from harness.cli.output import output_folder
-    from harness.cli.verify import verified
+    from harness.cli.runs import verified
     from harness.errors import HarnessError, RequestError
 
     choice, engines = _options(config)

@@ -7,12 +7,12 @@ from xml.etree import ElementTree
 import pandas  # noqa: F401 - pytester forgets what is first imported in its runs; numpy loads once
 import pytest
 
-import harness.cli.verify
+import harness.cli.runs
 from harness.results.rows import Failure, Row, Tolerance, Verdict, failed, judge, not_tested, table
 from harness.store.runs import json_records
 
 pytest_plugins = ["pytester"]
-VERIFIED = harness.cli.verify.verified
+VERIFIED = harness.cli.runs.verified
 WIDTH = Tolerance(0.1, reason="a reason")
 OWN = """
 def test_own(dem_verification):
@@ -50,7 +50,7 @@ def verified(monkeypatch):
             "rows": json_records(table(ROWS)),
         }
 
-    monkeypatch.setattr(harness.cli.verify, "verified", verified)
+    monkeypatch.setattr(harness.cli.runs, "verified", verified)
     return calls
 
 
@@ -103,7 +103,7 @@ def test_rows_are_chosen_by_name_and_mark_and_are_cases_of_junit(ran, pytester):
 
 def test_an_engine_that_failed_is_an_error_beside_the_rows(ran, monkeypatch):
     record = {"status": 3, "headline": "an engine died", "strict": False, "rows": []}
-    monkeypatch.setattr(harness.cli.verify, "verified", lambda *_: record)
+    monkeypatch.setattr(harness.cli.runs, "verified", lambda *_: record)
     result = ran("--dem-harness")
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(["*an engine died*"])
@@ -120,7 +120,7 @@ def test_an_engine_that_failed_is_an_error_beside_the_rows(ran, monkeypatch):
     ],
 )
 def test_wrong_options_are_usage_errors(ran, monkeypatch, options, words):
-    monkeypatch.setattr(harness.cli.verify, "verified", VERIFIED)
+    monkeypatch.setattr(harness.cli.runs, "verified", VERIFIED)
     result = ran("--dem-harness", f"--dem-harness-options={options}")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert words in result.stderr.str()

@@ -27,7 +27,7 @@ HELP = (
     "143 terminated."
 )
 COMMANDS = {
-    "verify": ("verify:verify", "Hold engines against theory and accepted runs, and report."),
+    "verify": ("runs:verify", "Hold engines against theory and accepted runs, and report."),
     "run": ("runs:run", "Run a case once: what it measures, and what is expected."),
     "sweep": ("runs:sweep", "Run a case over values of its parameters and over engines."),
     "theory": ("systems:theory", "Critical angle of the incline in closed form."),
