@@ -285,19 +285,16 @@ def safe_path(name: str) -> str:
 
 def check_folder(folder: Path) -> None:
     """Raise RequestError for a folder that cannot take a report: not empty, or not writable."""
+    check_writable(folder)
     if folder.is_dir() and any(folder.iterdir()):
         raise RequestError(f"--output {folder}: holds something already; name a new folder")
-    if folder.exists() and not folder.is_dir():
-        raise RequestError(f"--output {folder}: is a file; name a new folder")
-    check_writable(folder)
 
 
 def check_writable(folder: Path) -> None:
     """Raise RequestError for a folder that cannot be made; make nothing yet."""
-    parents = folder.absolute().parents
-    if not parents:
-        raise RequestError(f"--output {folder}: is the root of all folders; name a new folder")
-    existing = next(parent for parent in parents if parent.exists())
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(f"--output {folder}: is a file; name a folder")
+    existing = next((parent for parent in folder.absolute().parents if parent.exists()), folder)
     try:
         with tempfile.TemporaryDirectory(dir=existing, prefix=f".{folder.name}."):
             pass

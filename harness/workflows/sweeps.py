@@ -409,8 +409,6 @@ def _cells(outcome: Outcome, columns: Mapping[str, str]) -> Row:
 def _take_folder(folder: Path, request: SweepRequest) -> None:
     """Write the request; RequestError for a folder with another sweep or other files."""
     file, text = folder / REQUEST, json.dumps(request.model_dump(), indent=2) + "\n"
-    if folder.exists() and not folder.is_dir():
-        raise RequestError(f"--output {folder}: is a file; name a folder")
     check_writable(folder)
     if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != text:
         raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")

@@ -130,7 +130,6 @@ def test_a_test_of_lammps_that_is_none_is_named(command, tmp_path, data):
     (tmp_path / "test.yaml").write_bytes(data)
     text = command("upstream", "test.yaml", status=2).err
     assert text.startswith("dem-harness: test.yaml: ")
-    assert "object" not in text
     assert len(text.splitlines()) == 1
 
 
