@@ -218,15 +218,15 @@ def stated_law(engine: Engine, law: Law) -> StatedLaw:
     springs = [law.replace(tangential=spring, clipped=clipped) for spring, clipped in kinds]
     nu = law.poisson_ratio or 0.0
     tied = math.sqrt(2.0 * (1.0 - nu) / (2.0 - nu))  # sqrt(k_t/k_n) of Mindlin and Hertz
-    near = [(whole, whole) for whole in springs]
-    near += [(whole, whole.replace(rolling="none")) for whole in springs]
-    near += [
-        (one.replace(tangential_damping=tied), one.replace(damping="none", rolling="none"))
-        for one in springs[1::2]
+    candidates = [(near, near) for near in springs]
+    candidates += [(near, near.replace(rolling="none")) for near in springs]
+    candidates += [
+        (near.replace(tangential_damping=tied), near.replace(damping="none", rolling="none"))
+        for near in springs[1::2]
     ]
-    for whole, part in near:
+    for near, part in candidates:
         if not (reason := _refusal(engine, part)):
-            return StatedLaw(whole, _refusal(engine, whole))
+            return StatedLaw(near, _refusal(engine, near))
     return StatedLaw(law, f"its rules are not known: {reason}")
 
 
@@ -275,15 +275,15 @@ def _pair_checks(
     laws: Mapping[str, StatedLaw],
 ) -> Iterator[tuple[Engine, Check]]:  # fmt: skip
     """Yield the checks of two engines, each under its own law and under one law."""
-    one, other = laws[first.name], laws[second.name]
-    titles = f"{first.title}: {one.text}; {second.title}: {other.text}"
-    kind, note = (Kind.CROSS_CODE, "") if one == other else (Kind.FINDING, titles)
+    pair = laws[first.name], laws[second.name]
+    titles = f"{first.title}: {pair[0].text}; {second.title}: {pair[1].text}"
+    kind, note = (Kind.CROSS_CODE, "") if pair[0] == pair[1] else (Kind.FINDING, titles)
     ratios = partial(_ratio_checks, case, setup)
     for check in ratios(first, None, second, kind):
         yield first, replace(check, check=f"over {second.title}", note=note)
     for runner, partner in ((first, second), (second, first)):
         law = laws[partner.name]
-        if one.rules == other.rules or runner.refuses(case.job(setup.runs[0], law)):
+        if pair[0].rules == pair[1].rules or runner.refuses(case.job(setup.runs[0], law)):
             continue
         rules = f"the rules of {partner.title}"
         kind, note = Kind.CROSS_CODE, ""

@@ -213,13 +213,13 @@ class HeapCase(BulkCase[Heap]):
         check_grains(p, output, table, "beyond a side or fell through the glued layer")
         mean_height = output.number("mean_height_m")
         check_decided(p, mean_height, table)
-        left, right = slope_angles(p, table["height_m"][-1])
+        slopes = slope_angles(p, table["height_m"][-1])
         angle, remaining = self.columns(p, table)["angle_deg"], table["remaining"][-1]
         fall = 2.0 * p.radius * p.grain.mass * p.gravity
         return {
-            "angle_deg": 0.5 * (left + right),
-            "left_angle_deg": left,
-            "right_angle_deg": right,
+            "angle_deg": 0.5 * (slopes[0] + slopes[1]),
+            "left_angle_deg": slopes[0],
+            "right_angle_deg": slopes[1],
             "angle_change_deg": angle[-1] - angle[3 * len(angle) // 4],
             "remaining_ratio": remaining / p.grains,
             "heap_energy_rise_ratio": energy_rise(output, table) / (p.weight * mean_height),

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pydantic import Field
 
-from harness.cases.base import Level, Quantity
+from harness.cases.base import Quantity
 from harness.cases.bulk import (
     BED_STATE,
     ELASTIC,
@@ -152,17 +152,8 @@ COMPARED = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
 DEPTHS = ("largest_depth_m", "slowed_time_s")  # of a sphere that has turned back
 
 
-def published_setup(
-    words: str,
-    offsets: Sequence[float],
-    level: Level,
-    compared: tuple[str, ...] = (),
-    system: str = "",
-    **changes: float,
-) -> Setup[Penetration]:
-    """Return the published bed under spheres at several places."""
-    runs = tuple(PUBLISHED_SYSTEM.replace(offset=x, **changes) for x in offsets)
-    return Setup(f"{PUBLISHED}, {words}", f"{PUBLISHED}{system}", runs, level, compared, "full")
+PUBLISHED_RUNS = tuple(PUBLISHED_SYSTEM.replace(offset=x) for x in OFFSETS)
+SHORT_RUNS = tuple(p.replace(duration=TURNED) for p in PUBLISHED_RUNS[:4])
 
 
 class PenetrationCase(BulkCase[Penetration]):
@@ -206,10 +197,11 @@ class PenetrationCase(BulkCase[Penetration]):
     }
     setups = (
         *seed_setups(Penetration(), {"quick": 4, "default": 28, "full": 48}, COMPARED),
-        published_setup("4 places, 40 ms", OFFSETS[:4], "default", DEPTHS, duration=TURNED),
-        published_setup("1 place, 100 ms", OFFSETS[:1], "default", system=", its whole time"),
-        published_setup("8 places, 100 ms", OFFSETS, "full", DEPTHS),
-    )
+        Setup(f"{PUBLISHED}, 4 places, 40 ms", PUBLISHED, SHORT_RUNS, "default", DEPTHS, "full"),
+        Setup(f"{PUBLISHED}, 1 place, 100 ms", f"{PUBLISHED}, its whole time", PUBLISHED_RUNS[:1],
+              "default", (), "full"),
+        Setup(f"{PUBLISHED}, 8 places, 100 ms", PUBLISHED, PUBLISHED_RUNS, "full", DEPTHS, "full"),
+    )  # fmt: skip
     curves = tuple(
         Curve(name, title, "time_s", "time after the release (ms)", column, label, (1e3, scale))
         for name, title, column, label, scale in (

@@ -59,26 +59,26 @@ except PackageNotFoundError:
 print("\\nKRATOS", release)
 """
 # prints where Kratos is, without importing it
-WHERE = 'from importlib.util import find_spec; print(find_spec("KratosMultiphysics").origin)'
+WHERE = (
+    'from importlib.util import find_spec; print(find_spec("KratosMultiphysics").origin, end="")'
+)
 FAREWELL = "Deregistering "  # how the lines begin that Kratos prints at its end, whatever it was
 LINEAR, CUSTOM = "DEM_D_Linear_viscous_Coulomb", "DEM_D_Linear_Custom_Constants"
 HERTZ, DMT = "DEM_D_Hertz_viscous_Coulomb", "DEM_D_Hertz_viscous_Coulomb_DMT"
 TORQUE = "DEMRollingFrictionModelConstantTorque"
-_LINEAR_WORDS = {
-    "damping": "none velocity mass_velocity damping_ratio coeff_restitution",
-    "tangential": "none linear_history",
-    "rolling": "none constant",
-}
-WORDS = {  # submodels of each law, by the part of a law that they are
-    LINEAR: _LINEAR_WORDS,
-    CUSTOM: _LINEAR_WORDS,
-    HERTZ: {
+WORDS = {  # submodels by the normal part of a law, and of DMT
+    "hooke": {
+        "damping": "none velocity mass_velocity damping_ratio coeff_restitution",
+        "tangential": "none linear_history",
+        "rolling": "none constant",
+    },
+    "hertz": {
         "damping": "none coeff_restitution",
         "tangential": "none mindlin_rescale/force",
         "rolling": "none constant",
     },
-    DMT: {"normal": "dmt", "damping": "none", "tangential": "none", "rolling": "none"},
 }
+DMT_WORDS = {"normal": "dmt", "damping": "none", "tangential": "none", "rolling": "none"}
 SAME = 1e-9  # relative difference of places on a row
 MOST_SHEAR = 4.0 / 3.0  # of k_n: 2 (1 - nu) / (2 - nu) of a material is less
 BETWEEN_SPHERES, AT_WALLS = 1.432 * math.pi * 0.31225, math.pi * 0.31225  # k_n over E* R*, E* r
@@ -118,10 +118,11 @@ class Kratos(SceneFileEngine):
     def installed_files(self) -> list[Path]:
         """Return the Python, and the package of Kratos that it would import."""
         reply = ask_program([self.program, "-c", WHERE], ASK_SECONDS)
-        if reply is None:
-            return []
-        package, interpreter = Path(reply.stdout.strip()), program_files(Path(self.program))
-        if reply.returncode != 0 or not package.is_absolute() or not interpreter:
+        package, interpreter = (
+            Path(reply.stdout if reply else ""),
+            program_files(Path(self.program)),
+        )
+        if not package.is_absolute() or not interpreter:
             return []
         return [*interpreter, *tree_files(package.parent)]
 
@@ -234,7 +235,7 @@ def _name(scene: Scene) -> str:
     if name == LINEAR:
         ratio = (law.tangential_stiffness or 0.0) / (law.normal_stiffness or 1.0)
         name = CUSTOM if ratio >= MOST_SHEAR else LINEAR
-    check_words(law, name, **WORDS[name], twisting="none")
+    check_words(law, name, **WORDS.get(law.normal, DMT_WORDS), twisting="none")
     damped, modulus = law.damping != "none", law.normal_modulus or law.tangential_modulus
     refuse_any(
         (modulus is not None, f"its {name} takes no modulus but of a material"),

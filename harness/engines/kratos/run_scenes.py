@@ -52,7 +52,7 @@ class Simulation:
 
     def __init__(self, core: Any, dem: Any, scene: dict[str, Any]) -> None:
         self.core, self.dem, self.code = core, dem, scene["code"]
-        self.whole, self.scene, self.put_back = scene, scene, 0.0
+        self.row, self.scene, self.put_back = scene["bodies"][1:], scene, 0.0
         if self.code["row"]:
             self.scene = {**scene, "bodies": four_of_a_row(scene["bodies"], self.code["row"])}
         self.segments = segments_by_step(scene)
@@ -189,9 +189,8 @@ class Simulation:
         if not self.code["row"]:
             return sample
         sample["position"][0][0] += self.put_back
-        fixed = self.whole["bodies"][1:]
-        still = {name: [body[name] for body in fixed] for name in ("position", *MOVED)}
-        unknown = {name: [NAN] * len(fixed) for name in ("force", "torque")}
+        still = {name: [body[name] for body in self.row] for name in ("position", *MOVED)}
+        unknown = {name: [NAN] * len(self.row) for name in ("force", "torque")}
         return {name: [sample[name][0], *rows] for name, rows in {**still, **unknown}.items()}
 
     def vectors(self, name: str) -> list[list[float]]:

@@ -117,12 +117,12 @@ class Mfix(ProgramEngine):
         """Run ever longer stretches, until a look at the first body ends the run."""
         try:
             for system in self._systems(scene):
-                found = self._solve(system)
-                if found.stages is None or decided(scene, found.stages):
+                path = self._solve(system)
+                if path.stages is None or decided(scene, path.stages):
                     break
         except EngineError as error:
             return error
-        return found
+        return path
 
     def _solve(self, system: System) -> Motion:
         """Run a system in a fresh folder, where no restart file stops it."""

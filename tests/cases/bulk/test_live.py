@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from harness.cases.bulk.drum import Drum
+from harness.cases.bulk.drum import Drum, energy_and_work
 from harness.cases.bulk.heap import Heap
 from harness.cases.bulk.silo import Silo
 from harness.engines.base import Job
@@ -153,6 +153,43 @@ def test_the_drum_drags_grains_by_friction_alone(lammps):
     rough, smooth = (DRUM.measure(TINY_DRUM, one)["surface_angle_deg"] for one in outputs)
     assert rough > 15.0
     assert abs(smooth) < 5.0
+
+
+def with_power(text):
+    """Return the script with the power of the drum's forces, F (omega x r), step by step.
+
+    LAMMPS knows one contact of a grain with a region only: the ends are smooth planes here.
+    """
+    words = []
+    for size in ("large", "small"):
+        name = f"drum_of_{size}"
+        old = f"fix {name} {size} wall/gran/region granular ${{{size}_on_steel}} region drum\n"
+        fx, fz, x, z = (f"f_{name}[{i}]" for i in (2, 4, 5, 7))
+        power = (
+            f"variable power_{size} atom v_speed*({fx}*{z}-{fz}*{x})\n"
+            f"compute power_{size} all reduce sum v_power_{size}\n"
+        )
+        words.append((old, f"{old[:-1]} contacts\n{power}"))
+    smooth = "granular hooke 50 0.02 damping velocity tangential linear_nohistory 0 0"
+    mean = "ave/time 1 1 1 c_power_large c_power_small ave running"
+    result = 'print "RESULT power = $(f_power[1]+f_power[2]:%.12g)"\n'
+    return replaced(
+        text,
+        *words,
+        ("units box rotate v_turned", "units box open 1 open 2 rotate v_turned"),
+        ("timestep ", f"fix ends all wall/gran {smooth} yplane -${{half}} ${{half}}\ntimestep "),
+        ("run ${steps} post no\n", f"fix power all {mean}\nrun ${{steps}} post no\n"),
+        ('print "RESULT outside', result + 'print "RESULT outside'),
+    )
+
+
+@pytest.mark.live
+def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces():
+    p = TINY_DRUM.replace(turn=120.0, rolling_friction=0.1)
+    (found,) = run(changed(Lammps, with_power), DRUM.job(p))
+    work = found.number("power") * p.steps * p.step_size
+    _, done = energy_and_work(p, found.table(DRUM.series))
+    assert done[-1] == pytest.approx(work, rel=0.02)
 
 
 @pytest.mark.live
