@@ -6,6 +6,7 @@ Bulk is chaotic: motions of one seed part between codes, so that means over seed
 
 from __future__ import annotations
 
+import inspect
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -116,13 +117,14 @@ class Curve(NamedTuple):
 class BulkCase(Case[B]):
     """A system of many grains, run from several seeds (parameter ``seed``).
 
-    Its scripts have the case's name in each engine, and take the parameters as values.
+    Its scripts have the case's name in each engine, and take the parameters as values. The
+    docstring of a case is its summary, and below it its ``text``.
     """
 
     group = "bulk"
     parameters: ClassVar[type[Bed]]
     template: ClassVar[Template]
-    text: ClassVar[str]  # after the summary
+    text: ClassVar[str]
     series: ClassVar[tuple[str, ...]]  # columns of a run, a clock first
     curves: ClassVar[tuple[Curve, ...]]
     setups: ClassVar[Sequence[Setup[Any]]]  # what is verified
@@ -133,7 +135,8 @@ class BulkCase(Case[B]):
     def __init_subclass__(cls, **more: Any) -> None:
         """Make the template of the case from its parameters."""
         super().__init_subclass__(**more)
-        kind = cls.parameters
+        cls.summary, _, text = inspect.cleandoc(cls.__doc__ or "").partition("\n\n")
+        cls.text, kind = " ".join(text.split()), cls.parameters
         # scripts without rolling resistance run beds without it
         neutral = {"rolling_friction": 0.0} if "rolling_friction" in kind.model_fields else {}
         cls.template = Template(

@@ -296,16 +296,15 @@ COMPARED = ("mixing_index", "surface_angle_deg", "bed_solid_fraction", "bed_coor
 
 
 class DrumCase(BulkCase[Drum]):
-    """Grains of two sizes in a rotating drum: mixing, angle of the surface."""
+    """Grains of two sizes in a rotating drum: mixing, angle of the surface.
+
+    Large grains settle below small ones in a drum of steel, which then turns: one of the three
+    bulk processes of Dosta and others (2024), at its Froude number and nearly its filling.
+    Grains start at the same places in each code. Small grains gather below the surface, so that
+    an index of one is not to be expected.
+    """
 
     name = "drum"
-    summary = "Grains of two sizes in a rotating drum: mixing, angle of the surface."
-    text = (
-        "Large grains settle below small ones in a drum of steel, which then turns: one of the "
-        "three bulk processes of Dosta and others (2024), at its Froude number and nearly its "
-        "filling. Grains start at the same places in each code. Small grains gather below the "
-        "surface, so that an index of one is not to be expected."
-    )
     parameters = Drum
     series = ("step", *PLACES)
     quantities = (

@@ -33,7 +33,6 @@ from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.results.rows import Tolerance
 
-SERIES = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
 FALL = "over that of the grains after a fall by a diameter"
 # a heap at rest: in the last tenth of the time at most 0.5 % of its grains run off. Its mass is
 # proportional to the slope, which changes by as much, a tenth of the margin between codes
@@ -168,18 +167,17 @@ def check_decided(p: Heap, ridge: float, table: Table) -> None:
 
 
 class HeapCase(BulkCase[Heap]):
-    """Grains run off at both ends of a box: the angle of repose of the heap that remains."""
+    """Grains run off at both ends of a box: the angle of repose of the heap that remains.
+
+    Grains settle in a trough of glued grains; both ends are taken away, grains run off, and the
+    angle of the slopes that remain is measured. Grains start at the same places in each code.
+    With resistance to rolling, LAMMPS and LIGGGHTS have different springs of rolling under one
+    limit; sliding alone is one law in both.
+    """
 
     name = "heap"
-    summary = "Grains run off at both ends of a box: the angle of repose of the heap that remains."
-    text = (
-        "Grains settle in a trough of glued grains; both ends are taken away, grains run off, and "
-        "the angle of the slopes that remain is measured. Grains start at the same places in each "
-        "code. With resistance to rolling, LAMMPS and LIGGGHTS have different springs of rolling "
-        "under one limit; sliding alone is one law in both."
-    )
     parameters = Heap
-    series = SERIES
+    series = ("time_s", "remaining", "astray", "kinetic_J", "potential_J", "count", "height_m")
     quantities = (
         Quantity("angle_deg", "deg", "angle of repose: mean of both slopes, each of a line through "
                  "twice the mean height of the grains in eight columns", 30.0),

@@ -157,15 +157,14 @@ SHORT_RUNS = tuple(p.replace(duration=TURNED) for p in PUBLISHED_RUNS[:4])
 
 
 class PenetrationCase(BulkCase[Penetration]):
-    """A steel sphere falls on a bed of small spheres: depth, deceleration, energy."""
+    """A steel sphere falls on a bed of small spheres: depth, deceleration, energy.
+
+    A steel sphere is released above a bed of grains at rest: one of the three bulk processes of
+    Dosta and others (2024). Softening by a hundred changes its depth: the small bed is a system
+    of its own. Grains start at the same places in each code.
+    """
 
     name = "penetration"
-    summary = "A steel sphere falls on a bed of small spheres: depth, deceleration, energy."
-    text = (
-        "A steel sphere is released above a bed of grains at rest: one of the three bulk processes "
-        "of Dosta and others (2024). Softening by a hundred changes its depth: the small bed is a "
-        "system of its own. Grains start at the same places in each code."
-    )
     parameters = Penetration
     series = SERIES
     quantities = (

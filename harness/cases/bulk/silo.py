@@ -33,7 +33,6 @@ from harness.engines.output import Table
 from harness.errors import EngineUndecidedError
 from harness.results.rows import Kind
 
-SERIES = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
 # shares of the grains that have left between which the discharge is steady: after its beginning,
 # and while the bed is higher than the cone
 STEADY = 0.1, 0.6
@@ -186,17 +185,16 @@ def arching_share(sample: Sample) -> Value:
 
 
 class SiloCase(BulkCase[Silo]):
-    """A silo with a hopper runs empty: discharge rate, loads at rest, energy."""
+    """A silo with a hopper runs empty: discharge rate, loads at rest, energy.
+
+    Grains settle in a cylinder on a cone of steel whose orifice is closed; it is opened, and
+    the number that remains is counted: one of the three bulk processes of Dosta and others
+    (2024). Grains start at the same places in each code.
+    """
 
     name = "silo"
-    summary = "A silo with a hopper runs empty: discharge rate, loads at rest, energy."
-    text = (
-        "Grains settle in a cylinder on a cone of steel whose orifice is closed; it is opened, and "
-        "the number that remains is counted: one of the three bulk processes of Dosta and others "
-        "(2024). Grains start at the same places in each code."
-    )
     parameters = Silo
-    series = SERIES
+    series = ("time_s", "remaining", "astray", "kinetic_J", "potential_J")
     quantities = (
         Quantity("discharge_rate_per_s", "1/s", "slope of the number that remains, while 10 % to "
                  "60 % have left", 1e3),

@@ -141,7 +141,10 @@ P = TypeVar("P", bound=Packing)
 
 
 class PackingCase(Case[P]):
-    """A case of layers: its script takes the parameters, and the dissipation of the contact."""
+    """A case of layers: its script takes the parameters, and the dissipation of the contact.
+
+    The docstring of a case is its summary.
+    """
 
     group = "layers"
     parameters: ClassVar[type[Packing]]
@@ -150,6 +153,7 @@ class PackingCase(Case[P]):
     def __init_subclass__(cls, **more: Any) -> None:
         """Make the template of the case from its parameters."""
         super().__init_subclass__(**more)
+        cls.summary = cls.__doc__ or ""
         contact = {"damping": Allowed(words=("restitution", "ratio")), **allowed_in(Contact)}
         allowed = {name: contact[name] for name in DISSIPATION if name in contact}
         cls.template = Template(

@@ -118,7 +118,6 @@ class LayersCase(PackingCase[Layers]):
     """Frictionless layers on a rough base: the angle at which their flow stops, starts."""
 
     name = "layers"
-    summary = "Frictionless layers on a rough base: the angle at which their flow stops, starts."
     parameters = Layers
     quantities = (
         Quantity("stop_angle_deg", "deg", "at which the flow came to rest as it was lowered", 10.0),

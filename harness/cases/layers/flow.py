@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -288,9 +289,6 @@ class FlowCase(PackingCase[Flow]):
     """Frictionless layers in steady flow at one angle: friction, inertial number, profiles."""
 
     name = "layers-flow"
-    summary = (
-        "Frictionless layers in steady flow at one angle: friction, inertial number, profiles."
-    )
     parameters = Flow
     quantities = (
         *_with_uncertainty("mean_speed", "of the grains, in sqrt(g d)", 1.0, 0.1),
@@ -403,13 +401,10 @@ class FlowCase(PackingCase[Flow]):
     def _flows(self, bench: Bench) -> list[Mapping[str, float]]:
         """Return the quantities of the small flows that were run and are steady."""
         flows = []
-        for angle in ANGLES:
-            p = SMALL.replace(angle=angle)
+        for p in (SMALL.replace(angle=angle) for angle in ANGLES):
             if bench.has_run([self.job(p)]):
-                try:
+                with suppress(EngineError):  # its rows have it
                     flows.append(self.measure(p, bench.output(self.job(p))))
-                except EngineError:
-                    continue  # its rows have the error
         return flows
 
 

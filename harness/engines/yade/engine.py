@@ -245,15 +245,14 @@ def _turning(scene: Scene) -> dict[str, Any]:
     name = "Law2_ScGeom6D_CohFrictPhys_CohesionMoment"
     check_words(law, name, damping="none", tangential="none linear_history", rolling="none sds",
                 twisting="none sds")  # fmt: skip
-    for spring in ("rolling", "twisting"):
-        if getattr(law, f"{spring}_damping"):
-            raise Unsupported(f"has {spring} springs without a dashpot only")
-    radii = {body.radius for body in scene.bodies}
-    if (scene.walls and len(scene.bodies) > 1) or (len(scene.bodies) > 2 and len(radii) > 1):
-        raise Unsupported(f"its {name} has one R*: of a sphere on walls, or of equal spheres")
-    reduced = first.radius
-    if len(scene.bodies) > 1:
-        reduced = first.radius * last.radius / (first.radius + last.radius)
+    count, radii = len(scene.bodies), {body.radius for body in scene.bodies}
+    several = (scene.walls and count > 1) or (count > 2 and len(radii) > 1)
+    refuse_any(
+        (law.rolling_damping, "has rolling springs without a dashpot only"),
+        (law.twisting_damping, "has twisting springs without a dashpot only"),
+        (several, f"its {name} has one R*: of a sphere on walls, or of equal spheres"),
+    )
+    reduced = effective_radius(first, last if count > 1 else None)
     normal = law.normal_stiffness or 0.0
     shear = law.tangential_stiffness or normal
     turning = shear * first.radius * last.radius
@@ -296,12 +295,11 @@ def _solid(scene: Scene) -> dict[str, Any]:
         physics["krot"] = (law.rolling_stiffness or 0.0) * reduced**2
         limit = (law.rolling_friction or 0.0) * reduced
         physics["eta"] = limit / (0.5 * (bodies[0].radius + second))
-    material = {
-        "young": law.youngs_modulus,
-        "poisson": nu,
-    }
     options = {"includeAdhesion": law.normal == "dmt", "includeMoment": law.rolling != "none"}
-    materials = [{**material, "frictionAngle": angle} for angle in _friction_angles(scene)]
+    materials = [
+        {"young": law.youngs_modulus, "poisson": nu, "frictionAngle": angle}
+        for angle in _friction_angles(scene)
+    ]
     return {"law": SOLID, "materials": materials, "physics": physics, "options": options}
 
 

@@ -19,17 +19,18 @@ from harness.errors import (
 )
 from harness.model.law import Law, damping_ratio
 from harness.solvers import reference
-from tests.engines.mfix.test_scenes import HALF, LAW
+from tests.engines.mfix.test_scenes import HALF, LAW, SOURCE
 from tests.engines.test_plane_scenes import drop, row, tower
 
 SINGLE = 2.0**-23
 GOOD = drop(HALF, "held").replace(steps=200)
 BAD = GOOD.replace(law=Law.linear(1e6, damping_ratio(0.25), False))
 ELASTIC = Law(normal_stiffness=1e6)
+ROW = row(LAW, motion="held", wells=1)
 SCENES = {
     "drop": GOOD,
     "drop, source": drop(LAW, "held", 9.81).replace(steps=600),
-    "row": row(LAW, motion="held", wells=1),
+    "row": ROW.replace(law=Law.linear(1e4, SOURCE, False), step=10.0 * ROW.step),
     "row, trapped": row(LAW, 8.0, motion="held", wells=1).replace(every=60_000),
     "tower, every third step": tower(ELASTIC).replace(every=3),
     "tower, damped": tower(Law.linear(1e6, 0.3, False), motion="held"),
