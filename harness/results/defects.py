@@ -102,13 +102,11 @@ class KnownDefect(Parameters):
 
     def concerns(self, row: Row) -> bool:
         """Return whether it may act in a row: its case, setup, engine, check and version."""
-        pairs = product(self.laws, self.systems)
-        setups = ("*" if pair == ("*", "*") else ", ".join(pair) for pair in pairs)
         checks = ("*",) if "" in self.variations else self.variations
         return (
             row.engine == self.engine
             and _pattern(self.cases).match(row.case) is not None
-            and _pattern(tuple(setups)).match(row.setup) is not None
+            and _setup_pattern(self.laws, self.systems).match(row.setup) is not None
             and _pattern(checks).match(row.check) is not None
             and self._has_release(row.version)
         )
@@ -199,6 +197,13 @@ def explanation(defects: Sequence[KnownDefect], trial: Trial) -> KnownDefect | N
 def error_defect(defects: Sequence[KnownDefect], message: str) -> KnownDefect | None:
     """Return the defect whose error is part of the message of a run that failed."""
     return next((d for d in defects if d.error and d.error in message), None)
+
+
+@cache
+def _setup_pattern(laws: Patterns, systems: Patterns) -> re.Pattern[str]:
+    """Return the pattern of "LAW, SYSTEM"; any setup, also of one part, where both are free."""
+    pairs = product(laws, systems)
+    return _pattern(tuple("*" if pair == ("*", "*") else ", ".join(pair) for pair in pairs))
 
 
 @cache
