@@ -9,12 +9,12 @@ from harness.cases.base import Check
 from harness.cases.bench import Bench, job_key
 from harness.cases.checks import run_checks
 from harness.engines.base import Job, Template, scene_job
-from harness.engines.output import SERIES, Output, Provenance, motion_table
 from harness.errors import EngineCrashError
 from harness.model.conventions import Faults, Rules
 from harness.results.defects import KnownDefect
 from harness.results.rows import Failure, Kind, Tolerance, Verdict
 from harness.solvers import reference
+from tests.engine_doubles import Twin
 from tests.solvers.reference.scenes import HERTZ, LINEAR, impact
 
 ENTRY = {"name": "weak", "engine": "code", "laws": ["hertz*"], "until": "2024",
@@ -25,37 +25,18 @@ SLIDING = impact(LINEAR, (0.1, 0.0, -0.3), 50, every=5)
 NARROW = Tolerance(1e-9, 0.0, "round-off")
 
 
-class Code:
+class Code(Twin):
     """An engine that is the reference with faults, other rules, or an error."""
 
     name = "code"
 
     def __init__(self, faults=None, rules=None, error=None, factor=1.0):
+        super().__init__(declared=Rules())
         self.faults, self.behaves, self.error, self.factor = faults, rules, error, factor
-        self.runs = 0
 
-    def refuses(self, _):
-        return ""
-
-    def rules(self, _):
-        return Rules()
-
-    def scene_of(self, job):
-        return job.scene
-
-    def script_digest(self, _):
-        return ""
-
-    def outcomes(self, jobs):
-        for place, job in enumerate(jobs):
-            self.runs += 1
-            yield place, self.error or self.output(job.scene)
-
-    def output(self, scene):
+    def _motion(self, scene):
         motion = reference.run(scene, self.behaves, self.faults)
-        motion = replace(motion, velocity=motion.velocity * self.factor)
-        tables = {SERIES: motion_table(motion, scene)}
-        return Output((), Provenance("code", "1"), tables)
+        return self.error or replace(motion, velocity=motion.velocity * self.factor)
 
 
 def weighted(array):
@@ -103,7 +84,7 @@ def test_a_run_that_holds_with_the_switch_is_the_known_defect_in_all_rows_that_f
     assert verdicts(rows) == ["known defect", "known defect", "known defect", "pass"]
     assert {row.defect for row in rows[:3]} == {"weak"}
     assert all(row.failure is Failure.NONE and WEAK.cause in row.note for row in rows[:3])
-    assert engine.runs == 1  # all rows share a run, and no trial takes another
+    assert len(engine.jobs) == 1  # all rows share a run, and no trial takes another
 
 
 @pytest.mark.parametrize(
