@@ -14,18 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from harness.cases import bulk
 from harness.cases.base import Quantity
-from harness.cases.bulk import (
-    BED_STATE,
-    ELASTIC,
-    WALL_TIME,
-    BulkCase,
-    Curve,
-    Line,
-    Setup,
-    beds,
-    seed_setups,
-)
+from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
 from harness.cases.bulk.beds import (
     LATTICE,
     PUBLISHED,
@@ -313,16 +304,17 @@ class DrumCase(BulkCase[Drum]):
         Quantity("first_mixing_index", "1", "the same before the drum turns", 0.3),
         Quantity("surface_angle_deg", "deg", "dynamic angle of repose: of a line through the "
                  "highest grains in the middle half, mean after a third of the turn", 30.0),
-        *BED_STATE,
+        *bulk.BED_STATE,
         Quantity("work_ratio", "1", "work of the drum, by weight and angular momentum of the "
                  "grains, over their weight times its radius"),
-        Quantity(ELASTIC, "1", "elastic energy of normal springs at rest, over that work", 0.01),
+        Quantity("elastic_ratio", "1", "elastic energy of normal springs at rest, over that work",
+                 0.01),
         Quantity("loss_ratio", "1", "share of that work lost to dashpots and friction"),
         Quantity("drum_energy_gain_ratio", "1", "largest gain of kinetic and potential energy "
                  "beyond the work of the drum, over that work at the end", 1e-3),
         Quantity("bed_kinetic_ratio", "1", "kinetic energy at rest, over that at the drum's speed",
                  1e-3),
-        WALL_TIME,
+        bulk.WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Drum(),
@@ -344,7 +336,7 @@ class DrumCase(BulkCase[Drum]):
         )
     )  # fmt: skip
     setups = (
-        *seed_setups(Drum(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
+        *bulk.seed_setups(Drum(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
         Setup(f"{PUBLISHED}, 4 rests", PUBLISHED,
               tuple(PUBLISHED_DRUM.replace(settle_time=time) for time in RESTS), "full", COMPARED),
     )  # fmt: skip
@@ -377,7 +369,7 @@ class DrumCase(BulkCase[Drum]):
             "bed_solid_fraction": p.of_each("volume").sum() / volume,
             "bed_coordination": 2.0 * len(contacts[0]) / p.grains,
             "work_ratio": done[-1] / (mass * p.gravity * p.drum_radius),
-            ELASTIC: elastic / size,
+            "elastic_ratio": elastic / size,
             "loss_ratio": (lost[-1] - stored) / size,
             "drum_energy_gain_ratio": max(0.0, -lost.min()) / size,
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / at_drum_speed,

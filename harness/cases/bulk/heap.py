@@ -14,18 +14,9 @@ from dataclasses import replace
 import numpy as np
 from pydantic import Field
 
+from harness.cases import bulk
 from harness.cases.base import Check, Quantity
-from harness.cases.bulk import (
-    WALL_TIME,
-    BulkCase,
-    Curve,
-    Line,
-    Setup,
-    beds,
-    check_grains,
-    energy_rise,
-    seed_setups,
-)
+from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
 from harness.cases.bulk.beds import BedOfOneKind, Floats, Sphere, lattice_sites
 from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
@@ -189,13 +180,13 @@ class HeapCase(BulkCase[Heap]):
                  "over the potential energy of the bed above the glued layer", 1e-6),
         Quantity("filling_kinetic_ratio", "1", f"kinetic energy at rest, {FALL}", 1e-3),
         Quantity("heap_kinetic_ratio", "1", f"kinetic energy at the end, {FALL}", 1e-4),
-        WALL_TIME,
+        bulk.WALL_TIME,
     )  # fmt: skip
     presets = {"small": Heap(), "sliding": SLIDING}  # noqa: RUF012
     sources = dict.fromkeys(presets, "shear box of Roessler and others 2019, with both ends open")
     setups = (
-        *seed_setups(Heap(), {"quick": 4, "default": 24, "full": 48}, COMPARED),
-        *seed_setups(SLIDING, {"default": 24, "full": 48}, COMPARED, "sliding alone"),
+        *bulk.seed_setups(Heap(), {"quick": 4, "default": 24, "full": 48}, COMPARED),
+        *bulk.seed_setups(SLIDING, {"default": 24, "full": 48}, COMPARED, "sliding alone"),
     )
     curves = (
         Curve("profile", "Height of the heap", "distance_m", "distance from the middle (mm)",
@@ -208,7 +199,7 @@ class HeapCase(BulkCase[Heap]):
 
     def quantities_of(self, p: Heap, output: Output, table: Table) -> dict[str, float]:
         """Return the angle, the share that remains, and energies."""
-        check_grains(p, output, table, "beyond a side or fell through the glued layer")
+        bulk.check_grains(p, output, table, "beyond a side or fell through the glued layer")
         mean_height = output.number("mean_height_m")
         check_decided(p, mean_height, table)
         slopes = slope_angles(p, table["height_m"][-1])
@@ -220,7 +211,7 @@ class HeapCase(BulkCase[Heap]):
             "right_angle_deg": slopes[1],
             "angle_change_deg": angle[-1] - angle[3 * len(angle) // 4],
             "remaining_ratio": remaining / p.grains,
-            "heap_energy_rise_ratio": energy_rise(output, table) / (p.weight * mean_height),
+            "heap_energy_rise_ratio": bulk.energy_rise(output, table) / (p.weight * mean_height),
             "filling_kinetic_ratio": output.number("bed_kinetic_J") / (p.grains * fall),
             "heap_kinetic_ratio": table["kinetic_J"][-1] / (max(remaining, 1.0) * fall),
         }

@@ -12,18 +12,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pydantic import Field
 
+from harness.cases import bulk
 from harness.cases.base import Quantity
-from harness.cases.bulk import (
-    BED_STATE,
-    ELASTIC,
-    WALL_TIME,
-    BulkCase,
-    Curve,
-    Line,
-    Setup,
-    beds,
-    seed_setups,
-)
+from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
 from harness.cases.bulk.beds import LATTICE, PUBLISHED, BedOfOneKind, Floats, PublishedBed, Sphere
 from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
@@ -179,12 +170,12 @@ class PenetrationCase(BulkCase[Penetration]):
         Quantity("rebound_speed_m_per_s", "m/s", "largest, upward; 0: none", 0.01),
         Quantity("energy_gain_ratio", "1", f"largest gain of kinetic and potential energy, {OVER}"),
         Quantity("dissipated_ratio", "1", f"loss of kinetic and potential energy, {OVER}"),
-        Quantity(ELASTIC, "1", f"elastic energy of normal springs at rest, {OVER}", 0.1),
+        Quantity("elastic_ratio", "1", f"elastic energy of normal springs at rest, {OVER}", 0.1),
         Quantity("end_elastic_ratio", "1", f"the same at the end, {OVER}", 0.1),
         Quantity("balance_ratio", "1", f"loss to dashpots and friction, {OVER}"),
-        *BED_STATE,
+        *bulk.BED_STATE,
         Quantity("bed_kinetic_ratio", "1", f"kinetic energy at rest, {OVER}", 1e-3),
-        WALL_TIME,
+        bulk.WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Penetration(),
@@ -195,7 +186,7 @@ class PenetrationCase(BulkCase[Penetration]):
         PUBLISHED: "Dosta and others 2024, the bed of 25,000",
     }
     setups = (
-        *seed_setups(Penetration(), {"quick": 4, "default": 28, "full": 48}, COMPARED),
+        *bulk.seed_setups(Penetration(), {"quick": 4, "default": 28, "full": 48}, COMPARED),
         Setup(f"{PUBLISHED}, 4 places, 40 ms", PUBLISHED, SHORT_RUNS, "default", DEPTHS, "full"),
         Setup(f"{PUBLISHED}, 1 place, 100 ms", f"{PUBLISHED}, its whole time", PUBLISHED_RUNS[:1],
               "default", (), "full"),
@@ -260,7 +251,7 @@ class PenetrationCase(BulkCase[Penetration]):
         if output.has("elastic_J"):  # of the normal springs
             names = "elastic_J", "end_elastic_J"
             first, end = (output.number(name) / p.impact_energy for name in names)
-            values |= {ELASTIC: first, "end_elastic_ratio": end}
+            values |= {"elastic_ratio": first, "end_elastic_ratio": end}
             values["balance_ratio"] = dissipated + (first - end)
         return values
 

@@ -12,20 +12,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pydantic import Field
 
+from harness.cases import bulk
 from harness.cases.base import Check, Quantity, Value
-from harness.cases.bulk import (
-    BED_STATE,
-    ELASTIC,
-    WALL_TIME,
-    BulkCase,
-    Curve,
-    Line,
-    Setup,
-    beds,
-    check_grains,
-    energy_rise,
-    seed_setups,
-)
+from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, lattice_sites, level_bed
 from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
@@ -205,16 +194,16 @@ class SiloCase(BulkCase[Silo]):
         Quantity("passed_ratio", "1", "share of the grains that have left at the end"),
         Quantity("energy_rise_ratio", "1", f"largest rise of kinetic and potential energy, {ABOVE}",
                  1e-6),
-        Quantity(ELASTIC, "1", f"elastic energy of normal springs at rest, {ABOVE}", 1e-3),
+        Quantity("elastic_ratio", "1", f"elastic energy of normal springs at rest, {ABOVE}", 1e-3),
         Quantity("bed_kinetic_ratio", "1", "kinetic energy at rest, over that of the flow", 1e-3),
         Quantity("bed_height_m", "m", "of a level bed of the same mean height", 0.03),
-        *BED_STATE,
+        *bulk.BED_STATE,
         Quantity("shaft_load_ratio", "1", "upward force of the cylinder at rest, over the weight",
                  0.1),
         Quantity("walls_load_ratio", "1", "of cylinder, cone and floor, likewise"),
         Quantity("janssen_load_ratio", "1", "the cylinder's share by Janssen's formula, wall "
                  "friction fully mobilised and K = 0.5: the most that is expected", 0.1),
-        WALL_TIME,
+        bulk.WALL_TIME,
     )  # fmt: skip
     presets = {  # noqa: RUF012
         "small": Silo(),
@@ -229,9 +218,9 @@ class SiloCase(BulkCase[Silo]):
         ),
     }
     setups = (
-        *seed_setups(Silo(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
-        *seed_setups(PUBLISHED_SILO, {"full": 4}, COMPARED, PUBLISHED),
-        *seed_setups(WIDE_SILO, {"full": 4}, COMPARED, f"{PUBLISHED}-wide"),
+        *bulk.seed_setups(Silo(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
+        *bulk.seed_setups(PUBLISHED_SILO, {"full": 4}, COMPARED, PUBLISHED),
+        *bulk.seed_setups(WIDE_SILO, {"full": 4}, COMPARED, f"{PUBLISHED}-wide"),
     )
     curves = (
         Curve("discharge", "Grains that remain over time", "time_s", "time after the opening (s)",
@@ -242,18 +231,20 @@ class SiloCase(BulkCase[Silo]):
 
     def quantities_of(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
         """Return rate, energies, density and loads of the bed; raise for an arch."""
-        check_grains(p, output, table, "beyond the walls")
+        bulk.check_grains(p, output, table, "beyond the walls")
         flow, mean_height = discharge(p, table), output.number("mean_height_m")
         surface, volume = level_bed(p.section, 0.0, 10.0 * mean_height + p.cone_height, mean_height)
         solid = p.grains * p.grain.volume / volume
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
         above = p.weight * mean_height
         steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
-        elastic = {ELASTIC: output.number("elastic_J") / above} if output.has("elastic_J") else {}
+        elastic = (
+            {"elastic_ratio": output.number("elastic_J") / above} if output.has("elastic_J") else {}
+        )
         return {
             **flow,
             "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
-            "energy_rise_ratio": energy_rise(output, table) / above,
+            "energy_rise_ratio": bulk.energy_rise(output, table) / above,
             **elastic,
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / table["kinetic_J"][steady].mean(),
             "bed_height_m": surface,
