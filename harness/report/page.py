@@ -123,7 +123,7 @@ def _values(run: Run, parts: Sequence[Part], defects: Defects) -> dict[str, Any]
     started = run.meta.started[:16].replace("T", " ")
     times = f"{started} UTC · {run.meta.level} · {run.meta.seconds:.0f} s"
     undecided = numbers[Verdict.KNOWN_DEFECT] or numbers[Verdict.NOT_TESTED]
-    values: dict[str, Any] = {
+    return {
         "who": f"{versions or 'no engine'} · {times}",
         # green only where every row was judged and none fails
         "outcome": "fail" if run.status else "partial" if undecided else "",
@@ -151,25 +151,6 @@ def _values(run: Run, parts: Sequence[Part], defects: Defects) -> dict[str, Any]
         "files": _script_files(run),
         "facts": _facts(run),
     }
-    return values | {"headings": list(_headings(values))}
-
-
-def _headings(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield id and text of the headings that the navigation names."""
-    present = {
-        "Answer": values["openings"],
-        "Verdicts": True,
-        "Causes": values["causes"],
-        "Changes": values["changed"] is not None,
-        "Findings": values["findings"],
-        "Rows": True,
-        **{title: True for title, _, _ in values["matrices"]},
-    }
-    yield from ((name.lower(), name) for name, condition in present.items() if condition)
-    yield from ((part.id, part.section.title) for part in values["parts"] if part.has_body)
-    if values["files"]:
-        yield "scripts", "Scripts"
-    yield "provenance", "Provenance"
 
 
 # ---- sections with their figures
