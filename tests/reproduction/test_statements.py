@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from harness.errors import EngineError, Unsupported
-from harness.model.law import damping_ratio
 from harness.report.page import draw
 from harness.reproduction import Statement
 from harness.reproduction import run as reproduction
-from harness.reproduction.chains import rows, touching_chains
-from harness.reproduction.incline import damped_contact, mfix_scheme, on_engine
+from harness.reproduction.incline import mfix_scheme, on_engine
 from harness.store.runs import read_rows
 from harness.workflows import diff
 
@@ -74,28 +72,6 @@ def test_statements_on_an_engine_are_rows_where_it_dies_or_is_not_there(monkeypa
     assert [(row.verdict, row.engine, row.version) for row in dead] == [("fail", "dead", "1")] * 3
     none = [row for statement in on_engine(None) for row in statement.rows]
     assert [(row.verdict, row.kind) for row in none] == [("not tested", "cross-code")] * 3
-
-
-# ---- samples
-
-
-def test_chains_are_symmetric_and_rows_solve_their_complementarity_problem():
-    for chain in touching_chains():
-        middles = (chain.boundaries[:-1] + chain.boundaries[1:]) / 2
-        np.testing.assert_allclose(chain.centres, middles)
-        assert abs((-1.0) ** np.arange(chain.deformations.size) @ chain.deformations) < 1e-12
-    for row in rows():
-        c = row.compressions
-        gap = row.distances - 1.0 + c + 0.5 * np.append(0.0, c[:-1]) + 0.5 * np.append(c[1:], 0.0)
-        assert gap.min() > -1e-12
-        assert abs(gap @ c) < 1e-12
-
-
-def test_a_damped_contact_has_the_restitution_of_its_damping_ratio():
-    for e in (0.2, 0.9):
-        _, restitution = damped_contact(100.0, 2.0, 2 * damping_ratio(e) * math.sqrt(200.0))
-        assert restitution == pytest.approx(e, abs=1e-9)
-    assert damped_contact(100.0, 2.0, 0.0)[0] == pytest.approx(math.pi * math.sqrt(0.02))
 
 
 # ---- the ledger
