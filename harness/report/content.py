@@ -75,8 +75,7 @@ class Opening:
     """The answer of a case at the top of a report.
 
     ``sketch`` is the SVG of the system, ``steps`` the lines of the derivation from ``source``,
-    ``figure`` the name of a drawing of the same section, ``terms`` words with their meanings.
-    ``answers`` are the main results: name, measured value with its uncertainty, expected value.
+    ``terms`` words with their meanings.
     """
 
     title: str
@@ -84,8 +83,7 @@ class Opening:
     steps: tuple[str, ...]
     source: str
     terms: tuple[tuple[str, str], ...]
-    figure: str = ""
-    answers: tuple[tuple[str, str, str], ...] = ()
+    figure: Drawing | None = None
 
 
 @dataclass(frozen=True)

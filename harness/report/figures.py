@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from subprocess import CalledProcessError
@@ -110,12 +110,10 @@ def label(axes: Axes, x: str, y: str, title: str = "") -> None:
     axes.grid(visible=True, alpha=0.25)
 
 
-def legend_below(
-    figure: mpl_figure.Figure, columns: int = 2, axes: Sequence[Axes] | None = None
-) -> None:
+def legend_below(figure: mpl_figure.Figure, columns: int = 2) -> None:
     """Put one legend below all panels, each name once: within a panel it would hide lines."""
     handles: dict[str, Any] = {}
-    for panel in axes or figure.axes:
+    for panel in figure.axes:
         for handle, name in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(name, handle)
     figure.legends.clear()
@@ -182,14 +180,14 @@ def _with_short_numbers(tag: str) -> str:
 # ---- films: GIF by pillow, MP4 by ffmpeg where it is on the path, PNG for one picture
 
 SUFFIXES = (".gif", ".mp4", ".png")
-FRAMES, FRAMES_PER_SECOND = 120, 20
+FRAMES_PER_SECOND = 20
 MOST_FRAMES = 600  # half a minute: a longer GIF is too large for a page or a mail
 EDGE, FIXED = "#333333", "#d5d9de"  # of discs, and within fixed ones
 LONGEST_SIDE = 7.2  # inch
 MARGIN = 0.03  # of the longer side
 
 
-def check_film(path: Path, frames: int = FRAMES) -> None:
+def check_film(path: Path, frames: int) -> None:
     """Raise RequestError, before any run, for a film that cannot be written to a path."""
     from matplotlib.animation import FFMpegWriter  # slow to load
 
@@ -210,9 +208,7 @@ def check_film(path: Path, frames: int = FRAMES) -> None:
         raise RequestError(f"--film {path}: {reason}")
 
 
-def write_film(
-    discs: Discs, path: Path, frames: int = FRAMES, fps: int = FRAMES_PER_SECOND
-) -> None:
+def write_film(discs: Discs, path: Path, frames: int) -> None:
     """Write a film of so many samples at equal times, or a PNG of the middle one.
 
     No half-written file remains. Raise RequestError as :func:`check_film` does, and where ffmpeg
@@ -230,8 +226,9 @@ def write_film(
                 show(samples[len(samples) // 2])
                 figure.savefig(part, dpi=150)
             else:
-                writer = FFMpegWriter(fps) if part.suffix == ".mp4" else PillowWriter(fps)
-                FuncAnimation(figure, show, samples).save(part, writer=writer, dpi=100)
+                writer = FFMpegWriter if part.suffix == ".mp4" else PillowWriter
+                film = FuncAnimation(figure, show, samples)
+                film.save(part, writer=writer(FRAMES_PER_SECOND), dpi=100)
         except CalledProcessError as error:
             text = " ".join(str(error.stderr or "").split())[-200:]
             raise RequestError(

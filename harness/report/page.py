@@ -97,7 +97,7 @@ def report_files(
         "report.html": html_page("report.html.j2", **values),
         "report.md": _shortened(markdown_page("report.md.j2", **values)),
     }
-    for picture in (picture for part in parts for picture in part.drawn):
+    for picture in filter(None, (p for part in parts for p in (part.first, *part.pictures))):
         name = f"figures/{picture.drawing.name}"
         files |= {f"{name}.svg": picture.svg} if picture.svg else {}
         files |= {f"{name}.png": picture.png} if picture.png else {}
@@ -128,9 +128,6 @@ def _values(run: Run, parts: Sequence[Part], defects: Defects) -> dict[str, Any]
         # green only where every row was judged and none fails
         "outcome": "fail" if run.status else "partial" if undecided else "",
         "counts": [f"{numbers[verdict]} {verdict}" for verdict in present],
-        "answers": [
-            a for part in parts if part.section.opening for a in part.section.opening.answers
-        ],
         "openings": [part for part in parts if part.section.opening],
         "verdicts": _verdict_table(run.rows),
         "causes": causes_,
@@ -182,11 +179,6 @@ class Part:
     pictures: Sequence[Picture]
 
     @property
-    def drawn(self) -> list[Picture]:
-        """Return all figures."""
-        return [*filter(None, [self.first]), *self.pictures]
-
-    @property
     def has_body(self) -> bool:
         """Return whether the section has more than its opening."""
         return bool(self.section.text or self.section.tables or self.pictures)
@@ -205,15 +197,14 @@ def draw(drawing: Drawing, *, png: bool = False) -> Picture:
 def _drawn_parts(sections: Sequence[Section], *, png: bool) -> Iterator[Part]:
     """Yield sections with their figures drawn; names of figures are made unique file names."""
     numbers = Counter[str]()
+
+    def drawn(drawing: Drawing) -> Picture:
+        return draw(replace(drawing, name=_file_name(drawing, numbers)), png=png)
+
     for place, section in enumerate(sections, 1):
-        pictures, first = [], None
-        for drawing in section.drawings:
-            picture = draw(replace(drawing, name=_file_name(drawing, numbers)), png=png)
-            if section.opening and section.opening.figure == drawing.name and first is None:
-                first = picture
-            else:
-                pictures.append(picture)
-        yield Part(f"section-{place}", section, first, pictures)
+        figure = section.opening.figure if section.opening else None
+        first = drawn(figure) if figure else None
+        yield Part(f"section-{place}", section, first, [drawn(d) for d in section.drawings])
 
 
 def _file_name(drawing: Drawing, numbers: Counter[str]) -> str:

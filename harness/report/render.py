@@ -115,7 +115,7 @@ def markdown_table(frame: pd.DataFrame, most: int = 0) -> str:
     """Return a table as Markdown, its first ``most`` rows if given; text in it is escaped."""
     grid = _grid(frame)
     rows = grid.rows[:most] if most else grid.rows
-    texts = [[", ".join(map(_markdown_badge, badges)) for badges in row] for row in rows]
+    texts = [[", ".join(markdown_text(part.text) for part in cell) for cell in row] for row in rows]
     lines = [
         _markdown_row([markdown_text(name) for name in grid.names]),
         "|" + "|".join("--:" if right else "---" for right in grid.numeric) + "|",
@@ -160,11 +160,6 @@ def _badges(value: Any) -> Iterator[Badge]:
     else:
         text = "" if value is None else one_line(str(value))
         yield Badge(text, text if text in ORDER else "")
-
-
-def _markdown_badge(part: Badge) -> str:
-    text = markdown_text(part.text)
-    return f"[{text}]({part.address})" if part.address else text
 
 
 def _markdown_row(cells: Sequence[str]) -> str:

@@ -90,13 +90,11 @@ def sections():
         ("A quarter of the energy is left.", "It repeats itself.", "So θ_c = 10.2 deg."),
         "Harper and others (2024).",
         (("well", "where the grain touches two spheres"),),
-        figure="angle",
-        answers=(("critical angle", "toy 10.20690 ± 0.00004 deg", "10.20700 deg"),),
+        figure=Drawing("angle", "The angle", "Over the step.", convergence),
     )
     angles = pd.DataFrame({"contact": ["plastic", HOSTILE], "angle (deg)": [10.2, np.nan],
                            "verdict": ["pass", "known defect"]})  # fmt: skip
     drawings = (
-        Drawing("angle", "The angle", "Over the step.", convergence),
         Drawing("angle", "The angle again", "Over the step.", convergence),
         Drawing("bad", "A broken figure", "", broken),
     )

@@ -221,7 +221,6 @@ class InclineCase(Case[Incline]):
 
 # ---- sections of a report
 
-FIGURE = "critical-angle-extrapolation"
 STEPS = (
     "In a well the velocity turns by 60 deg. Without rebound its part along the old path is lost "
     "but for cos 60 deg = 1/2, so a quarter of the energy is left: E becomes (E + m g d sin θ) / 4 "
@@ -260,18 +259,9 @@ normal one: with equal ones, a shock sticks from mu = tan(phi) on."""
 
 
 def _opening(benches: Sequence[Bench]) -> Section:
-    sketch = resources.files(__package__) / "sketch.svg"
-    opening = Opening(
-        "At what angle does a grain without friction keep moving?",
-        sketch.read_text(encoding="utf-8"),
-        STEPS,
-        "Harper, Dufek and Breard (arXiv:2409.13633), after the model of Quartier et al. (2000)",
-        TERMS,
-        FIGURE,
-    )
     drawings = [
         Drawing(
-            FIGURE,
+            "critical-angle-extrapolation",
             f"Critical angle, extrapolated: {bench.engine.title}",
             "Plastic contact, by passage. Left: first order in the step; open symbols are limits. "
             "Right: those limits over the stiffness. Dashed: the closed form.",
@@ -282,7 +272,16 @@ def _opening(benches: Sequence[Bench]) -> Section:
         if (limit := _measured(bench, ladder_jobs(PLASTIC_CASE, ladder),
                                extrapolated_on, ladder, PLASTIC_CASE))
     ]  # fmt: skip
-    return Section("The critical angle", drawings=tuple(drawings[:1]), opening=opening)
+    sketch = resources.files(__package__) / "sketch.svg"
+    opening = Opening(
+        "At what angle does a grain without friction keep moving?",
+        sketch.read_text(encoding="utf-8"),
+        STEPS,
+        "Harper, Dufek and Breard (arXiv:2409.13633), after the model of Quartier et al. (2000)",
+        TERMS,
+        figure=drawings[0] if drawings else None,
+    )
+    return Section("The critical angle", opening=opening)
 
 
 def _friction(benches: Sequence[Bench]) -> Iterator[Section]:

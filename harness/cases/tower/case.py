@@ -421,7 +421,6 @@ def _source_angle(height: int, law: Law, reading: Reading, _: Bench) -> float:
 # ---- report
 
 TALLEST = 19
-FIGURE = "critical-angle-over-contacts"
 TITLE = "What does a column of grains below do to that angle?"
 OPENING = """\
 In a well the velocity turns; what is left after the shock decides from which angle on the motion
@@ -450,7 +449,7 @@ TERMS = (
 
 def _section() -> Section:
     drawing = Drawing(
-        FIGURE,
+        "critical-angle-over-contacts",
         "The critical angle over the contacts below",
         "k = 1e6 N/m, 2 m/s, exact propagator, turnaround window. Solid: the impulse rescales the "
         "velocity lost; dashed: the velocity run. The band is measured in other work.",
@@ -474,9 +473,9 @@ def _section() -> Section:
         ),
         source="Harper, Dufek and Breard (arXiv:2409.13633)",
         terms=TERMS,
-        figure=FIGURE,
+        figure=drawing,
     )
-    return Section(TITLE, OPENING, drawings=(drawing,), opening=opening)
+    return Section(TITLE, OPENING, opening=opening)
 
 
 CASE = TowerCase()
