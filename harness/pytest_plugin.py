@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import json
 import shlex
-import warnings
-from collections.abc import Mapping
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 OPTIONS = "--dem-harness-options"
-REFUSED = ("--json", "--verbose", "--dask", "--help", "-h")  # of the command alone
+USAGE, DIED = 2, 3  # exit status of a wrong request, and where an engine failed
 LOG_CHARACTERS = 2000  # of the end of an engine's log, below a failure
 RECORD = pytest.StashKey[dict[str, Any]]()
 
@@ -138,42 +139,30 @@ def session_record(config: pytest.Config) -> dict[str, Any]:
 
 
 def _run(config: pytest.Config) -> dict[str, Any]:
-    from harness.cli.output import output_folder
-    from harness.cli.runs import verified
-    from harness.errors import HarnessError, RequestError
-
-    choice, engines = _options(config)
+    """Return the record of a verification; raise UsageError where the options are wrong."""
+    text = config.option.dem_harness_options
     temporary: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
-    target = choice.output or temporary.mktemp("dem-harness") / "report"
-    try:  # a suite may turn warnings into errors: those of libraries are not its own
-        with warnings.catch_warnings(action="ignore"):
-            record = verified(choice, engines, output_folder(target))
-    except RequestError as error:
-        raise _usage_error(config, error) from None
-    except HarnessError as error:
-        return {"rows": [], "strict": choice.strict, "error": f"dem-harness: {error}"}
-    return record | ({"error": record["headline"]} if record["status"] == 3 else {})
-
-
-def _options(config: pytest.Config) -> tuple[Any, Any]:
-    """Return the options of ``dem-harness verify``; raise UsageError for wrong ones."""
-    from cyclopts import CycloptsError
-
-    from harness.cli import make_app, usage_error
-
     try:
-        words = ["verify", *shlex.split(config.option.dem_harness_options)]
-        for word in words:
-            if word.partition("=")[0] in REFUSED:
-                raise ValueError(f"{word}: goes with the command dem-harness verify only")
-        _, bound, _ = make_app(words).parse_args(words, exit_on_error=False, print_error=False)
-        bound.apply_defaults()
-        return bound.arguments["choice"], bound.arguments["engines"]
-    except CycloptsError as error:
-        raise _usage_error(config, usage_error(error)) from None
+        words = shlex.split(text)
     except ValueError as error:
-        raise _usage_error(config, error) from None
+        raise pytest.UsageError(f"{OPTIONS} {text!r}: {error}") from None
+    if not any(word.partition("=")[0] == "--output" for word in words):
+        words += ["--output", str(temporary.mktemp("dem-harness") / "report")]
+    record = verification(words)
+    if "rows" not in record and record["status"] == USAGE:
+        raise pytest.UsageError(f"{OPTIONS} {text!r}: {record['error']}")
+    if record["status"] >= DIED:
+        record = {"rows": [], "strict": False, "error": record.get("headline")} | record
+    return record
 
 
-def _usage_error(config: pytest.Config, reason: object) -> pytest.UsageError:
-    return pytest.UsageError(f"{OPTIONS} {config.option.dem_harness_options!r}: {reason}")
+def verification(words: Sequence[str]) -> dict[str, Any]:
+    """Return the JSON of ``dem-harness verify``, run in a process of its own."""
+    code = "from harness.cli import main; main()"
+    command = [sys.executable, "-c", code, "verify", *words, "--json"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    try:
+        record: dict[str, Any] = json.loads(done.stdout)
+    except ValueError:  # of --help, and of a process that died
+        record = {"error": f"dem-harness verify ended with {done.returncode}", "status": USAGE}
+    return record

@@ -7,12 +7,12 @@ from xml.etree import ElementTree
 import pandas  # noqa: F401 - pytester forgets what is first imported in its runs; numpy loads once
 import pytest
 
-import harness.cli.runs
+from harness import pytest_plugin
 from harness.results.rows import Failure, Row, Tolerance, Verdict, failed, judge, not_tested, table
 from harness.store.runs import json_records
 
 pytest_plugins = ["pytester"]
-VERIFIED = harness.cli.runs.verified
+VERIFICATION = pytest_plugin.verification
 WIDTH = Tolerance(0.1, reason="a reason")
 OWN = """
 def test_own(dem_verification):
@@ -38,19 +38,16 @@ ROWS = (
 
 @pytest.fixture(autouse=True)
 def verified(monkeypatch):
-    """Stand in for the verification; return what it was called with."""
+    """Stand in for the verification; return the options it was called with."""
     calls = []
 
-    def verified(choice, engines, folder):  # noqa: ARG001
-        calls.append((choice, engines))
-        return {
-            "status": 1,
-            "headline": "Failed: 2 cross-code",
-            "strict": choice.strict,
-            "rows": json_records(table(ROWS)),
-        }
+    def verification(words):
+        calls.append(words)
+        rows = json_records(table(ROWS))
+        strict = "--strict" in words
+        return {"status": 1, "headline": "Failed: 2 cross-code", "strict": strict, "rows": rows}
 
-    monkeypatch.setattr(harness.cli.runs, "verified", verified)
+    monkeypatch.setattr("harness.pytest_plugin.verification", verification)
     return calls
 
 
@@ -83,8 +80,7 @@ def test_the_options_are_those_of_verify(ran, verified):
     ran("--dem-harness", "--dem-harness-options=--quick --strict --cases tower").assert_outcomes(
         passed=2, failed=3, xfailed=1, skipped=1
     )
-    choice, _ = verified[0]
-    assert (choice.level, choice.cases, choice.strict) == ("quick", "tower", True)
+    assert verified[0][:5] == ["--quick", "--strict", "--cases", "tower", "--output"]
 
 
 def test_the_fixture_is_the_table_of_the_one_verification(ran, verified):
@@ -103,7 +99,7 @@ def test_rows_are_chosen_by_name_and_mark_and_are_cases_of_junit(ran, pytester):
 
 def test_an_engine_that_failed_is_an_error_beside_the_rows(ran, monkeypatch):
     record = {"status": 3, "headline": "an engine died", "strict": False, "rows": []}
-    monkeypatch.setattr(harness.cli.runs, "verified", lambda *_: record)
+    monkeypatch.setattr("harness.pytest_plugin.verification", lambda _: record)
     result = ran("--dem-harness")
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(["*an engine died*"])
@@ -115,12 +111,11 @@ def test_an_engine_that_failed_is_an_error_beside_the_rows(ran, monkeypatch):
         ("--cases nix", "--cases 'nix' is not known"),
         ("--quick --full", "--quick and --full"),
         ("--colour red", "--colour"),
-        ("--json", "--json: goes with the command"),
         ("'", "No closing quotation"),
     ],
 )
 def test_wrong_options_are_usage_errors(ran, monkeypatch, options, words):
-    monkeypatch.setattr(harness.cli.runs, "verified", VERIFIED)
+    monkeypatch.setattr("harness.pytest_plugin.verification", VERIFICATION)
     result = ran("--dem-harness", f"--dem-harness-options={options}")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert words in result.stderr.str()

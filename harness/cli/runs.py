@@ -106,41 +106,34 @@ def verify(
 
         dem-harness verify --engines lammps,liggghts --cases contacts
     """
-    folder = output_folder(choice.output)
-    record = verified(choice, engines, folder, quiet=json)
-    if not json:
-        _print_verification(record, folder, verbose=choice.verbose)
-    return show(record, json, {})
-
-
-def verified(
-    choice: VerifyOptions, engines: EngineOptions, folder: Path, *, quiet: bool = False
-) -> dict[str, Any]:
-    """Verify, or take what was verified before; write the report and return its record."""
     from harness.store.cache import keep_verification, kept_verification
 
-    entries, key = engines.entries(), _key(choice, engines)
+    folder, entries = output_folder(choice.output), engines.entries()
+    key, record = _key(choice, engines), None
     if entries is not None and key is not None and not engines.fresh:
-        kept = kept_verification(entries, key, folder)
-        if kept is not None:
-            return {**kept, "folder": str(folder), "cached": True}
-    # imported late: a kept verification must not wait for pandas
-    from harness.workflows import verify as verify_engines
+        record = kept_verification(entries, key, folder)
+    more: dict[str, Any] = {"folder": str(folder), "cached": record is not None}
+    if record is None:
+        # imported late: a kept verification must not wait for pandas
+        from harness.workflows import verify as verify_engines
 
-    names = ("cases", "engines", "only", "strict", "known_defects", "png")
-    instead = "--quick, or fewer cases"
-    with opener(engines, "verify", quiet) as opening:
-        record = verify_engines(
-            choice.level,
-            **{name: getattr(choice, name) for name in names},
-            output=folder,
-            open_engine=opening.opened,
-            check_duration=duration_check(choice.force, f"level {choice.level}", instead),
-            progress=opening.progress,
-        ).to_json()
-    if entries is not None and key is not None and record["status"] in (0, 1):
-        keep_verification(entries, key, folder, record)
-    return {**record, "folder": str(folder), "cached": False, **opening.runs()}
+        names = ("cases", "engines", "only", "strict", "known_defects", "png")
+        work, instead = f"level {choice.level}", "--quick, or fewer cases"
+        with opener(engines, "verify", json) as opening:
+            record = verify_engines(
+                choice.level,
+                **{name: getattr(choice, name) for name in names},
+                output=folder,
+                open_engine=opening.opened,
+                check_duration=duration_check(choice.force, work, instead),
+                progress=opening.progress,
+            ).to_json()
+        if entries is not None and key is not None and record["status"] in (0, 1):
+            keep_verification(entries, key, folder, record)
+        more |= opening.runs()
+    if not json:
+        _print_verification({**record, **more}, folder, verbose=choice.verbose)
+    return show({**record, **more}, json, {})
 
 
 def details(row: Record) -> Iterator[str]:
