@@ -13,6 +13,7 @@ that draws a figure makes it by :func:`panels`, labels its axes by :func:`label`
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from harness.report.content import Discs
 
 Floats = NDArray[np.float64]
+Range = tuple[float, float]
 
 # Okabe and Ito (2008), ordered so that neighbours differ in grey too
 BLACK, RED, BLUE, GREEN = "#000000", "#D55E00", "#0072B2", "#009E73"
@@ -247,32 +249,36 @@ def film_samples(time: Floats, frames: int) -> NDArray[np.int64]:
 def disc_figure(discs: Discs) -> tuple[Figure, Callable[[int], Any]]:
     """Return the figure of a film, and the function that moves its discs to those of a sample."""
     fixed, walls = np.reshape(discs.fixed, (-1, 3)), np.reshape(discs.lines, (-1, 2, 2))
-    radius = np.broadcast_to(discs.radius, discs.x.shape)
-    x_range, y_range = _limits(discs, fixed, walls)
-    width, height = float(np.ptp(x_range)), float(np.ptp(y_range))
-    wide, tall = LONGEST_SIDE * min(1.0, width / height), LONGEST_SIDE * min(1.0, height / width)
-    size = max(4.0, round(wide + 1.0, 1)), max(2.6, round(tall + 0.9, 1))  # even in pixels
-    figure = Figure(figsize=size, layout="compressed")
-    axes = figure.add_subplot()
-    label(axes, "x", "y")
-    axes.grid(visible=False)
-    axes.set(aspect="equal", xlim=x_range, ylim=y_range)
-    for line in (axes.xaxis, axes.yaxis):
-        line.set_major_formatter(EngFormatter("m"))
+
+    def joined(column: Any, moving: Any) -> Floats:
+        still = np.broadcast_to(column, (len(discs.x), len(fixed)))
+        return np.hstack([still, np.broadcast_to(moving, discs.x.shape)])
+
+    x, y = joined(fixed[:, 0], discs.x), joined(fixed[:, 1], discs.y)
+    radius, value = joined(fixed[:, 2], discs.radius), discs.value
+    figure, axes = _film_axes(*_limits(x, y, radius, walls))
     for wall in walls:
         axes.plot(*wall.T, color=BLACK, lw=1.5)
     axes.set_title(discs.title, loc="left")
     clock = axes.set_title("", loc="right")
-    _place(_ellipses(axes, len(fixed), facecolors=FIXED), *fixed.T)
-    moving = _ellipses(axes, discs.x.shape[1], facecolors=SKY)
-    if discs.value is not None:
-        moving.set(cmap="viridis", norm=Normalize(np.nanmin(discs.value), np.nanmax(discs.value)))
-        figure.colorbar(moving, ax=axes, label=discs.value_label)
+    zeros, colours = np.zeros(x.shape[1]), [FIXED] * len(fixed) + [SKY] * discs.x.shape[1]
+    ellipses: Any = EllipseCollection(
+        zeros, zeros, zeros, units="xy", offsets=np.zeros((x.shape[1], 2)), facecolors=colours,
+        offset_transform=axes.transData, edgecolors=EDGE, linewidths=0.4,
+    )  # fmt: skip
+    axes.add_collection(ellipses)
+    if value is not None:
+        look = mpl.colormaps["viridis"].with_extremes(bad=FIXED)  # fixed discs have no value
+        ellipses.set(cmap=look, norm=Normalize(np.nanmin(value), np.nanmax(value)))
+        figure.colorbar(ellipses, ax=axes, label=discs.value_label)
+        value = joined(math.nan, value)
 
     def show(sample: int) -> None:
-        _place(moving, discs.x[sample], discs.y[sample], radius[sample])
-        if discs.value is not None:
-            moving.set_array(discs.value[sample])
+        sizes = 2.0 * radius[sample]
+        offsets = np.column_stack([x[sample], y[sample]])
+        ellipses.set(offsets=offsets, widths=sizes, heights=sizes)
+        if value is not None:
+            ellipses.set_array(value[sample])
         clock.set_text(f"t = {EngFormatter('s', places=2)(discs.time[sample])}")
 
     show(0)
@@ -281,30 +287,27 @@ def disc_figure(discs: Discs) -> tuple[Figure, Callable[[int], Any]]:
     return figure, show
 
 
-def _ellipses(axes: Axes, count: int, **look: Any) -> Any:
-    zeros = np.zeros(count)
-    ellipses = EllipseCollection(
-        zeros, zeros, zeros, units="xy", offsets=np.zeros((count, 2)),
-        offset_transform=axes.transData, edgecolors=EDGE, linewidths=0.4, **look,
-    )  # fmt: skip
-    axes.add_collection(ellipses)
-    return ellipses
+def _film_axes(x_range: Range, y_range: Range) -> tuple[Figure, Axes]:
+    """Return a figure, even in pixels as films need it, and its axes with equal scales."""
+    width, height = x_range[1] - x_range[0], y_range[1] - y_range[0]
+    wide, tall = LONGEST_SIDE * min(1.0, width / height), LONGEST_SIDE * min(1.0, height / width)
+    size = max(4.0, round(wide + 1.0, 1)), max(2.6, round(tall + 0.9, 1))
+    figure = Figure(figsize=size, layout="compressed")
+    axes = figure.add_subplot()
+    label(axes, "x", "y")
+    axes.grid(visible=False)
+    axes.set(aspect="equal", xlim=x_range, ylim=y_range)
+    for line in (axes.xaxis, axes.yaxis):
+        line.set_major_formatter(EngFormatter("m"))
+    return figure, axes
 
 
-def _place(ellipses: Any, x: Floats, y: Floats, radius: Floats) -> None:
-    ellipses.set_offsets(np.column_stack([x, y]))
-    ellipses.set_widths(2.0 * radius)
-    ellipses.set_heights(2.0 * radius)
-
-
-def _limits(discs: Discs, fixed: Floats, walls: Floats) -> tuple[Floats, Floats]:
-    """Return the ranges of x and y [m] of discs and walls, (2,) each, with a margin."""
-    moving = np.stack([discs.x, discs.y], axis=-1)
-    radius = np.broadcast_to(discs.radius, discs.x.shape)[..., None]
-    edges = [moving - radius, moving + radius, fixed[:, :2] - fixed[:, 2:],
-             fixed[:, :2] + fixed[:, 2:], walls]  # fmt: skip
-    points = np.concatenate([edge.reshape(-1, 2) for edge in edges])
-    lowest, highest = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
-    margin = MARGIN * (highest - lowest).max()
-    x_range, y_range = np.stack([lowest - margin, highest + margin], axis=1)
-    return x_range, y_range
+def _limits(x: Floats, y: Floats, radius: Floats, walls: Floats) -> tuple[Range, Range]:
+    """Return the ranges of x and y [m] of discs and walls, with a margin."""
+    edges = [
+        np.concatenate([(c - radius).ravel(), (c + radius).ravel(), walls[..., n].ravel()])
+        for n, c in enumerate((x, y))
+    ]
+    (left, right), (low, high) = [(float(np.nanmin(e)), float(np.nanmax(e))) for e in edges]
+    margin = MARGIN * max(right - left, high - low)
+    return (left - margin, right + margin), (low - margin, high + margin)

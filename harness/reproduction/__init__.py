@@ -43,8 +43,8 @@ class Statement:
     """A statement of the source: its place, its text, and what becomes of it.
 
     ``value`` is recomputed and ``printed`` in the source: numbers, or arrays of one shape of
-    samples. Without a printed value the statement is in words, and ``value`` tells whether it
-    holds. ``corrected`` is the value of the corrected formula, or whether the corrected words hold.
+    samples. Without a printed value the statement is in words, and ``value`` is whether it is true.
+    ``corrected`` is the value of the corrected formula, or whether the corrected words are true.
     The value of a run that was refused or died is its error.
     """
 

@@ -79,15 +79,13 @@ class Reproduction(Run):
     statements: Sequence[Statement] = ()
 
 
-def reproduce(
-    *, engine: EngineChoice = None, fresh: bool = False, progress: Progress = lambda *_: None
-) -> Reproduction:
+def reproduce(*, engine: EngineChoice = None, progress: Progress = lambda *_: None) -> Reproduction:
     """Recompute all statements of the source and return their rows.
 
-    ``engine`` runs the incline: an open one, or a name, LAMMPS unless given, whose runs are kept;
-    ``fresh`` runs again what was kept. Raise EngineError for an engine that cannot be opened.
+    ``engine`` runs the incline: an open one, or a name, LAMMPS unless given, whose runs are kept.
+    Raise EngineError for an engine that cannot be opened.
     """
-    with opened(engine, fresh=fresh) as running:
+    with opened(engine) as running:
         return recomputed(subjects(Bench(running)), progress)
 
 
