@@ -5,10 +5,8 @@ import sys
 import threading
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from harness.engines.process import Batches, Limits, dealt, in_batches, parallel_map
+from harness.engines.process import Batches, Limits, in_batches, parallel_map
 from harness.errors import EngineCrashError, EngineNaNError, EngineOutputError, EngineTimeoutError
 
 CODE = """
@@ -105,10 +103,3 @@ def test_results_keep_the_order_of_items_and_an_exception_starts_no_more():
     with pytest.raises(ValueError):  # noqa: PT011
         parallel_map(fail, range(100), 1)
     assert done == [0]
-
-
-@given(st.integers(0, 50), st.integers(1, 9))
-def test_indices_are_dealt_out_evenly(count, hands):
-    shares = dealt(count, hands)
-    assert sorted(index for share in shares for index in share) == list(range(count))
-    assert max(map(len, shares)) - min(map(len, shares)) <= 1

@@ -106,26 +106,6 @@ def test_plane_scenes_at_equal_steps(code):
 
 
 @pytest.mark.live
-@pytest.mark.parametrize("code", ["lammps"], indirect=True)
-def test_plane_scenes_without_stages_in_lammps(code):
-    """Dashpots by damping ratio have an eta for each effective mass of a tower."""
-    scenes = {
-        f"{name}, {of}": make(law)
-        for of, law in LAWS.items()
-        for name, make in SCENES.items()
-        if not name.startswith("row")
-    }
-    offs = {}
-    for (name, scene), motion in zip(
-        scenes.items(), code.motions([scene_job(one) for one in scenes.values()]), strict=True
-    ):
-        expected = reference.run(scene, code.rules(scene))
-        offs[name] = 0.01 * difference(moving(scene, motion), moving(scene, expected))
-    assert {name: off for name, off in offs.items() if not off < TOLERANCE} == {}
-    assert "stages" in code.refuses(scene_job(row(LAWS["plastic"])))
-
-
-@pytest.mark.live
 @pytest.mark.slow
 @pytest.mark.parametrize("code", ["yade", "kratos"], indirect=True)
 def test_script_of_a_scene_runs_alone(code, tmp_path):

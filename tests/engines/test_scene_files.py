@@ -104,15 +104,6 @@ def test_spoiled_output_is_refused(code, fault, tmp_path):
         read(code, tmp_path, scene)
 
 
-@pytest.mark.parametrize("code", ["yade", "kratos"])
-def test_interchanged_parts_are_no_motion_of_the_scene(code, tmp_path):
-    path, scene = recorded(code, tmp_path)
-    table = json.loads(path.read_text())
-    table["velocity"], table["force"] = table["force"], table["velocity"]
-    path.write_text(json.dumps(table))
-    assert error(scene, read(code, tmp_path, scene), CODES[code].rules(scene)) > 0.1
-
-
 def written(path, scene, **changes):
     """Write what Yade or Kratos would write of a scene with stages, and return the reference."""
     motion = reference.run(scene)
@@ -137,9 +128,7 @@ def test_motion_of_stages_ends_where_the_last_one_does(tmp_path):
     ("stages", "error"),
     [
         ([], EngineOutputError),
-        ([[0.0] * 7], EngineOutputError),
         ([[0.0] * 6, [200.0] * 6], EngineOutputError),
-        ([[0.0] * 7, [300.0] + [0.0] * 6], EngineOutputError),
         ([[50.0] * 7, [200.0] * 7], EngineOutputError),
         ([[0.0] * 7, [200.0] + [float("nan")] * 6], EngineNaNError),
     ],

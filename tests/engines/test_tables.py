@@ -56,13 +56,6 @@ def dump(*frames, columns="id x vx fx"):
     return text
 
 
-def test_columns_of_a_csv_have_the_names_of_its_header():
-    table = read_csv('# "time_s", x_m\n0,1.5\n0.1,1e-300\n', "it")
-    assert {name: column.tolist() for name, column in table.items()} == {
-        "time_s": [0.0, 0.1], "x_m": [1.5, 1e-300]
-    }  # fmt: skip
-
-
 def test_columns_of_particles_are_one_in_the_order_of_their_numbers():
     table = read_csv("time_s,x_m[2],x_m[1],x_m[3]\n0,2,1,10\n", "it")
     assert table["x_m"].tolist() == [[1.0, 2.0, 10.0]]
@@ -114,7 +107,6 @@ def test_a_dump_is_one_table_sorted_by_id_with_units_in_its_names():
     "frames",
     [
         [[(1, 0.0, 0.0, 0.0)], [(2, 0.0, 0.0, 0.0)]],
-        [[(1, 0.0, 0.0, 0.0)], [(1, 0.0, 0.0, 0.0), (2, 0.0, 0.0, 0.0)]],
         [[(1, 0.0, 0.0, "x")]],
         [[(1, 0.0, 0.0)]],
     ],

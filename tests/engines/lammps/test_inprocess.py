@@ -128,14 +128,6 @@ def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
     assert len(changed) == len(plain)
 
 
-def test_provenance_names_release_packages_and_library(runner):
-    who = runner().identify()
-    assert who.how == "in-process"
-    assert "GRANULAR" in who.packages
-    assert Path(who.executable).name == "__init__.py"
-    assert who.engine_version.split()[2].isdigit()
-
-
 OWNER = """
 import sys, threading, time
 from harness.engines.lammps.inprocess import InProcess
