@@ -205,15 +205,12 @@ class LammpsLanguage(ScriptedEngine):
 
     # ---- scenes
 
-    def write_scenes(
-        self, command: Sequence[str], folder: Path, jobs: Sequence[Job]
-    ) -> Sequence[str]:
-        """Write the scripts of scenes and their batch; return the command that runs it."""
-        self._write_batch(folder, [self.scene_script(job) for job in jobs])
-        return command
+    def scene_batches(self, command: Sequence[str] | None = None) -> Batches[Job, Motion]:
+        """Return how the program, or a command, runs scenes: scripts write samples to a dump."""
 
-    def scene_batches(self) -> Batches[Job, Motion]:
-        """Return how the program runs scenes, by scripts that write their samples to a dump."""
+        def write(folder: Path, jobs: Sequence[Job]) -> Sequence[str]:
+            self._write_batch(folder, [self.scene_script(job) for job in jobs])
+            return self.command(()) if command is None else command
 
         def read(folder: Path, place: int, job: Job, _: float) -> Motion | None:
             done = (folder / str(place) / DONE).exists()
@@ -221,7 +218,7 @@ class LammpsLanguage(ScriptedEngine):
 
         return Batches(
             title=self.title,
-            write=lambda folder, jobs: self.write_scenes(self.command(()), folder, jobs),
+            write=write,
             read=read,
             error=self.error_of,
             log=self.log_of,

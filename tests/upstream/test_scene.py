@@ -188,14 +188,10 @@ SEGMENTS = "run_segments: |\n  3000 3000"
 @pytest.mark.parametrize(
     ("change", "word"),
     [
-        *(
-            ((SEGMENTS, f"run_segments: {steps}"), "run_segments = ")
-            for steps in ("100.7 5", "100 -5", "'# x'", "1e30", "")
-        ),
+        ((SEGMENTS, "run_segments: 100.7 5"), "run_segments = "),
+        ((SEGMENTS, "run_segments: '# x'"), "run_segments = "),
         (("pair_style: granular", "pair: granular"), "pair_style"),
-        ((SEGMENTS, "run_segments: many"), "many"),
         (("epsilon: 1e-08", "epsilon: small"), "epsilon = 'small'"),
-        (("run_vel: |2\n    0 ", "run_vel: |2\n    x "), "run_vel"),
         (("run_vel: |2\n    0 ", "run_vel: |2\n    nan "), "run_vel"),
         (("pre_commands: |", "pre_commands: ["), "cannot be read"),
     ],

@@ -10,7 +10,6 @@ import threading
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,11 +22,17 @@ from harness.engines.lammps_language import (
     packages_in,
     version_in,
 )
-from harness.engines.output import Output, Provenance, read_dump, release_of
+from harness.engines.output import Output, Provenance, read_dump
 from harness.engines.process import Batches, Limits, dealt, first_words, text_of, way_of_death
 from harness.engines.registry import find_program, launcher_of, program_of_python, program_words
 from harness.engines.scripts import Task
-from harness.errors import EngineCrashError, EngineError, EngineMissingError, RequestError
+from harness.errors import (
+    EngineCrashError,
+    EngineError,
+    EngineMissingError,
+    RequestError,
+    Unsupported,
+)
 from harness.files import processes_with_room
 
 if TYPE_CHECKING:
@@ -218,7 +223,9 @@ class Lammps(LammpsLanguage):
         for ranks in sorted({variation.ranks for _, variation in rows}):
             places = [k for k, (_, variation) in enumerate(rows) if variation.ranks == ranks]
             alone = [needs_new_process(*rows[k], self._release) for k in places]
-            launcher = self._launcher_of(ranks)
+            launcher = self._launcher
+            if ranks > 1:
+                launcher = shlex.split(launcher_of(ranks, self._scene_program))
             hands = 1 if launcher else self.workers
             ends = self._scene_batches(launcher).run(
                 [jobs[k] for k in places], hands, self.limits, self.processes, _dealt(alone, hands)
@@ -230,18 +237,11 @@ class Lammps(LammpsLanguage):
     def _scene_program(self) -> str:
         return self.program or find_program("lmp", program_of_python("lmp"))
 
-    def _launcher_of(self, ranks: int) -> list[str]:
-        launcher = launcher_of(ranks, self._scene_program)
-        return self._launcher if ranks == 1 else shlex.split(launcher)
-
     def _scene_batches(self, launcher: Sequence[str]) -> Batches[Job, Motion]:
         command = [*launcher, self._scene_program, *self.arguments, *BATCH]
         environment = {**SLEEPING, **os.environ} if launcher else None
-        return replace(
-            super().scene_batches(),
-            write=partial(self.write_scenes, command),
-            environment=lambda folder: environment,  # noqa: ARG005
-        )
+        batches = super().scene_batches(command)
+        return replace(batches, environment=lambda folder: environment)  # noqa: ARG005
 
     def read_samples(self, folder: Path, scene: Scene) -> Motion:
         """Return the motion of a dump; torques on frozen bodies, which LAMMPS sets to 0, are NaN.
@@ -276,15 +276,14 @@ class Lammps(LammpsLanguage):
 
     def _missing_submodel(self, job: Job) -> str:
         """Return the submodel among a script's values that this release does not have."""
-        from harness.engines.lammps.words import FIRST_RELEASES
+        from harness.engines.lammps.words import FIRST_RELEASES, check_release
 
-        for name, first in FIRST_RELEASES.items():
-            if name in job.values.values() and self._is_before(first):
-                return f"LAMMPS {self._release} has no {name}: LAMMPS {first} has it"
+        names = sorted(FIRST_RELEASES.keys() & {*map(str, job.values.values())})
+        try:
+            check_release(names, self._release if names else None)
+        except Unsupported as reason:
+            return str(reason)
         return ""
-
-    def _is_before(self, release: str) -> bool:
-        return self._release is not None and release_of(self._release) < release_of(release)
 
     def command(self, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""

@@ -18,6 +18,7 @@ from harness.engines.lammps.words import (
     Atoms,
     check_release,
     group_line,
+    names_of,
     numbers_of,
 )
 from harness.engines.output import release_of
@@ -70,9 +71,7 @@ def rules(scene: Scene, release: str | None = None) -> Rules:
     """
     script(scene)
     atoms = _atoms(scene, PLAIN)
-    if release is not None:
-        for law in atoms.laws:
-            check_release(law, release)
+    check_release((name for law in atoms.laws for name in names_of(law)), release)
     lever: Literal["radius", "contact_point"] = "radius" if atoms.is_old else "contact_point"
     return Rules(torque_lever=lever, least_overlap=ROUNDED_START if scene.stages else 0.0)
 

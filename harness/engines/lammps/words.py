@@ -25,15 +25,20 @@ AXES = "xyz"
 Pair = tuple[int, int]
 
 
-def check_release(law: Law, release: str) -> None:
-    """Raise Unsupported for a law of which a release lacks a submodel."""
-    if law.interface == "old":
-        return
-    heat = () if law.heat == "none" else ("heat", "compute property/atom temperature")
-    for name in (law.normal, law.damping, law.tangential, *heat):
+def check_release(names: Iterable[str], release: str | None) -> None:
+    """Raise Unsupported for a name that a release lacks, the newest unless given."""
+    for name in names:
         first = FIRST_RELEASES.get(name)
-        if first and release_of(release) < release_of(first):
+        if first and release and release_of(release) < release_of(first):
             raise Unsupported(f"LAMMPS {release} has no {name}: LAMMPS {first} has it")
+
+
+def names_of(law: Law) -> list[str]:
+    """Return the submodels of a law, and the words of its script, that a release may lack."""
+    if law.interface == "old":
+        return []
+    heat = [] if law.heat == "none" else ["heat", "compute property/atom temperature"]
+    return [law.normal, law.damping, law.tangential, *heat]
 
 
 # ---- bodies
