@@ -83,19 +83,13 @@ def open_engine(
     that are None are left out. ``program`` is the executable of an engine that has one.
 
     Raise RequestError for an unknown name or an option that the engine does not take,
-    EngineMissingError when the engine is not installed.
+    EngineMissingError when the engine is not installed, ContractError for any other exception of a
+    class of another package.
     """
-    return new_engine(name, chosen_options(name, {**(options or {}), **more}))
-
-
-def new_engine(name: str, options: Mapping[str, Any]) -> Engine:
-    """Return an engine of a class whose options are read; raise what :func:`open_engine` does.
-
-    Raise ContractError for any other exception of a class of another package.
-    """
+    chosen = chosen_options(name, {**(options or {}), **more})
     kind = engine_class(name)
     with contract(kind, "__init__"):
-        return kind(**options)
+        return kind(**chosen)
 
 
 def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -104,7 +98,7 @@ def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] |
     ``options`` are those of its class. Raise RequestError for a program that is not there.
     """
     try:
-        with new_engine(name, options) as engine:
+        with open_engine(name, options=options) as engine:
             return engine.fingerprint()
     except (EngineMissingError, ContractError):
         return None
@@ -276,17 +270,6 @@ def program_words(option: str, command: str) -> list[str]:
     except ValueError as error:
         raise RequestError(f"--{option} {command!r} cannot be read: {error}") from None
     return [find_program(option, program), *arguments]
-
-
-def launcher_of(ranks: int, program: str | None = None) -> str:
-    """Return a command that starts ranks of MPI: of the program's installation, else on PATH.
-
-    Another MPI's launcher would start as many runs of one rank. Without a program that is a path,
-    the installation is that of this Python.
-    """
-    path = program if program and Path(program).name != program else sys.executable
-    mpirun = Path(path).with_name("mpirun")
-    return f"{shlex.quote(str(mpirun)) if mpirun.exists() else 'mpirun'} -n {ranks}"
 
 
 # ---- programs by content

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, combinations_with_replacement, pairwise
 from typing import Any
@@ -250,9 +250,13 @@ def check_words(words: Words) -> None:
 def _check_keywords(command: str, words: Words, keywords: Keywords) -> None:
     at = 0
     while at < len(words):
-        if words[at] not in keywords:
-            raise NotUnderstoodError(f"{command}: {words[at]!r} is not understood")
+        _check_word(command, words[at], keywords)
         at += 1 + keywords[words[at]]
+
+
+def _check_word(command: str, word: str, allowed: Container[str]) -> None:
+    if word not in allowed:
+        raise NotUnderstoodError(f"{command}: {word!r} is not understood")
 
 
 def _float(word: str, command: str) -> float:
@@ -374,9 +378,9 @@ def granular_law(words: Words) -> Law:
         if part == "limit_damping":
             values["clipped"] = True
             continue
-        _check_keywords("granular", [part], dict.fromkeys(MODELS, 0))
-        _check_keywords(part, rest[:1] or [""], dict.fromkeys(MODELS[part], 0))
-        model = rest.pop(0)
+        _check_word("granular", part, MODELS)
+        model = rest.pop(0) if rest else ""
+        _check_word(part, model, MODELS[part])
         values[part] = model.removesuffix("/material")
         for name in MODELS[part][model]:
             word = rest.pop(0) if rest else ""
@@ -390,7 +394,7 @@ def old_law(style: str, words: Words) -> Law:
 
     Raise NotUnderstoodError for another style, or a word that does not belong to it.
     """
-    _check_keywords("wall or gran", [style], dict.fromkeys(OLD_STYLES, 0))
+    _check_word("wall or gran", style, OLD_STYLES)
     k, eta, mu = (_float(words[at], style) for at in (0, 2, 4))
     kt = k * 2.0 / 7.0 if words[1] == "NULL" else _float(words[1], style)
     along = 0.5 * eta if words[3] == "NULL" else _float(words[3], style)
@@ -442,8 +446,8 @@ def _pair_laws(commands: _Commands, types: Floats) -> Laws:
 
 
 def _covers(word: str, kind: int) -> bool:
-    if word != "*" and not word.isdecimal():
-        raise NotUnderstoodError(f"pair_coeff: {word!r} is not understood")
+    if not word.isdecimal():
+        _check_word("pair_coeff", word, ("*",))
     return word in ("*", str(kind))
 
 

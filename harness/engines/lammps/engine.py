@@ -24,7 +24,7 @@ from harness.engines.lammps_language import (
 )
 from harness.engines.output import Output, Provenance, read_dump
 from harness.engines.process import Batches, Limits, dealt, first_words, text_of, way_of_death
-from harness.engines.registry import find_program, launcher_of, program_of_python, program_words
+from harness.engines.registry import find_program, program_of_python, program_words
 from harness.engines.scripts import Task
 from harness.errors import (
     EngineCrashError,
@@ -224,8 +224,9 @@ class Lammps(LammpsLanguage):
             places = [k for k, (_, variation) in enumerate(rows) if variation.ranks == ranks]
             alone = [needs_new_process(*rows[k], self._release) for k in places]
             launcher = self._launcher
-            if ranks > 1:
-                launcher = shlex.split(launcher_of(ranks, self._scene_program))
+            if ranks > 1:  # another MPI's launcher would start as many runs of one rank
+                mpirun = Path(self._scene_program).with_name("mpirun")
+                launcher = [str(mpirun) if mpirun.exists() else "mpirun", "-n", str(ranks)]
             hands = 1 if launcher else self.workers
             ends = self._scene_batches(launcher).run(
                 [jobs[k] for k in places], hands, self.limits, self.processes, _dealt(alone, hands)
