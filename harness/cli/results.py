@@ -299,7 +299,7 @@ def upstream(
     from harness.files import check_folder
     from harness.report.page import report_files
     from harness.store.runs import write_run
-    from harness.upstream.judging import (
+    from harness.upstream import (
         TITLE,
         read_tests,
         run_upstream,

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness import upstream as judging
 from harness.errors import EngineNaNError
 from harness.model.conventions import Faults
 from harness.results.rows import rows_of
 from harness.solvers import reference
 from harness.store.committed import known_defects
-from harness.upstream import judging
-from harness.upstream.judging import (
+from harness.upstream import (
     MOTION,
     RECORDED_MOTION,
     read_state,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from harness.errors import RequestError
-from harness.upstream.judging import MOTION, read_test, read_tests, run_test, run_upstream
+from harness.upstream import MOTION, read_test, read_tests, run_test, run_upstream
 from harness.upstream.scene import NotUnderstoodError, granular_law, read_scene
 from tests.upstream.conftest import askew, named
 
