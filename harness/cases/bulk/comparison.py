@@ -258,6 +258,17 @@ def with_tail(restitution: float) -> float:
 # ---- engines against one another
 
 
+class Pair(NamedTuple):
+    """A comparison: an engine under the law of another one, or None, and its partner."""
+
+    runner: Engine
+    law: StatedLaw | None
+    partner: Engine
+    kind: Kind
+    check: str
+    note: str = ""
+
+
 def comparisons(case: BulkCase[Any], engines: Sequence[Engine]) -> Iterator[tuple[Engine, Check]]:
     """Yield the comparisons of every two engines in every setup that both can run."""
     for setup in case.setups:
@@ -265,66 +276,55 @@ def comparisons(case: BulkCase[Any], engines: Sequence[Engine]) -> Iterator[tupl
         law = bulk_law(p.poisson_ratio, getattr(p, "rolling_friction", 0.0))
         able = [engine for engine in engines if not engine.refuses(case.job(p))]
         laws = {engine.name: stated_law(engine, law) for engine in able}
-        for first, second in combinations(able, 2):
-            for engine, check in _pair_checks(case, setup, first, second, laws):
-                yield engine, replace(check, level=setup.level_in(first, second))
+        for both in combinations(able, 2):
+            for pair in _pairs(*both, laws):
+                if pair.law is None or not pair.runner.refuses(case.job(p, pair.law)):
+                    for check in _ratio_checks(case, setup, pair):
+                        yield pair.runner, replace(check, level=setup.level_in(*both))
 
 
-def _pair_checks(
-    case: BulkCase[Any], setup: Setup[Bed], first: Engine, second: Engine,
-    laws: Mapping[str, StatedLaw],
-) -> Iterator[tuple[Engine, Check]]:  # fmt: skip
-    """Yield the checks of two engines, each under its own law and under one law."""
-    pair = laws[first.name], laws[second.name]
-    titles = f"{first.title}: {pair[0].text}; {second.title}: {pair[1].text}"
-    kind, note = (Kind.CROSS_CODE, "") if pair[0] == pair[1] else (Kind.FINDING, titles)
-    ratios = partial(_ratio_checks, case, setup)
-    for check in ratios(first, None, second, kind):
-        yield first, replace(check, check=f"over {second.title}", note=note)
+def _pairs(first: Engine, second: Engine, laws: Mapping[str, StatedLaw]) -> Iterator[Pair]:
+    """Yield the comparisons of two engines, each under its own law, and both under one."""
+    both = laws[first.name], laws[second.name]
+    if both[0] == both[1]:
+        yield Pair(first, None, second, Kind.CROSS_CODE, f"over {second.title}")
+        return
+    note = f"{first.title}: {both[0].text}; {second.title}: {both[1].text}"
+    yield Pair(first, None, second, Kind.FINDING, f"over {second.title}", note)
+    if both[0].rules == both[1].rules:
+        return
     for runner, partner in ((first, second), (second, first)):
-        law = laws[partner.name]
-        if pair[0].rules == pair[1].rules or runner.refuses(case.job(setup.runs[0], law)):
-            continue
-        rules = f"the rules of {partner.title}"
+        law, rules = laws[partner.name], f"the rules of {partner.title}"
         kind, note = Kind.CROSS_CODE, ""
         if law.lacks:
             kind, note = Kind.FINDING, f"{partner.title} {law.lacks}"
-        for check in ratios(runner, law, partner, kind):
-            under = f"under {rules}, over {partner.title}"
-            yield runner, replace(check, check=under, note=note)
-        effect = "effect of the rules in one code; its sign is not predicted"
-        for check in ratios(runner, law, runner, Kind.FINDING):
-            yield runner, replace(check, check=rules, note=effect)
+        yield Pair(runner, law, partner, kind, f"under {rules}, over {partner.title}", note)
+        note = "effect of the rules in one code; its sign is not predicted"
+        yield Pair(runner, law, runner, Kind.FINDING, rules, note)
 
 
-def _ratio_checks(
-    case: BulkCase[Any], setup: Setup[Bed], engine: Engine, law: StatedLaw | None, partner: Engine,
-    kind: Kind,
-) -> Iterator[Check]:  # fmt: skip
-    """Yield the ratio of means of each compared quantity, and Fisher's test of lost runs.
-
-    The engine runs under the law of another one, or its own, and is compared with its partner.
-    """
+def _ratio_checks(case: BulkCase[Any], setup: Setup[Bed], pair: Pair) -> Iterator[Check]:
+    """Yield the ratio of means of each compared quantity, and Fisher's test of lost runs."""
 
     def samples(bench: Bench) -> tuple[Sample, Sample]:
-        second = bench.others.get(partner.name, bench)
-        return case.sample(bench, setup, law), case.sample(second, setup)
+        second = bench.others.get(pair.partner.name, bench)
+        return case.sample(bench, setup, pair.law), case.sample(second, setup)
 
     def ratio(quantity: str, bench: Bench) -> Value:
         decided = [sample.decided() for sample in samples(bench)]
-        for sample, title in zip(decided, (engine.title, partner.title), strict=True):
-            sample.check_spread(title)
+        for sample, engine in zip(decided, (pair.runner, pair.partner), strict=True):
+            sample.check_spread(engine.title)
         return ratio_of_means(*(sample.values(quantity) for sample in decided))
 
     row = partial(
-        Check, setup=setup.name, unit="1", expected=1.0, kind=kind,
-        jobs=[case.job(p, law) for p in setup.runs],
+        Check, setup=setup.name, unit="1", expected=1.0, kind=pair.kind, check=pair.check,
+        note=pair.note, jobs=[case.job(p, pair.law) for p in setup.runs],
     )  # fmt: skip
     if setup.runs[0].LEAVING and setup.compared:
         yield row(
             quantity="runs_without_value", tolerance=BY_CHANCE,
             measure=lambda bench: same_shares(*samples(bench)),
         )  # fmt: skip
-    tolerance = EQUIVALENT if kind is Kind.CROSS_CODE else Tolerance()
+    tolerance = EQUIVALENT if pair.kind is Kind.CROSS_CODE else Tolerance()
     for name in setup.compared:
         yield row(quantity=name, measure=partial(ratio, name), tolerance=tolerance)
