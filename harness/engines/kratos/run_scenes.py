@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,7 @@ STRATEGY = """{"strategy": "sphere_strategy", "RemoveBallsInitiallyTouchingWalls
 LOOK = 50  # steps between two looks at the first body in a scene with stages
 NAN = [math.nan] * 3
 MOVED = {"velocity": "VELOCITY", "angular_velocity": "ANGULAR_VELOCITY"}
+PLURAL = {"velocity": "velocities", "angular_velocity": "angular_velocities"}  # of a segment
 
 
 class Simulation:
@@ -55,7 +57,8 @@ class Simulation:
         self.row, self.scene, self.put_back = scene["bodies"][1:], scene, 0.0
         if self.code["row"]:
             self.scene = {**scene, "bodies": four_of_a_row(scene["bodies"], self.code["row"])}
-        self.segments = segments_by_step(scene)
+        starts = accumulate((segment["steps"] for segment in scene["segments"]), initial=0)
+        self.segments = dict(zip(starts, scene["segments"], strict=False))  # by their first step
         self.model = core.Model()  # holds the parts
         self.parts = [self.model.CreateModelPart(name) for name in PARTS]
         for part, names in ((self.parts[0], OF_SPHERES), (self.parts[2], OF_FACES)):
@@ -160,18 +163,17 @@ class Simulation:
         strategy.RebuildListOfDiscontinuumSphericParticles()
         strategy.SetNormalRadiiOnAllParticlesBeforeInitilization(spheres)
         strategy.SetSearchRadiiOnAllParticles(spheres, reach, 1.0)
-        bodies = self.scene["bodies"]
-        start = [[body[name] for body in bodies] for name in MOVED]
-        self.set_velocities(*self.segments.get(0, start))
+        start = {plural: [b[name] for b in self.scene["bodies"]] for name, plural in PLURAL.items()}
+        self.set_velocities(self.segments.get(0, start))
         strategy.Initialize()
         return strategy
 
-    def set_velocities(self, velocities: list[Any], angular_velocities: list[Any]) -> None:
-        """Give the spheres velocities [m/s] and angular velocities [rad/s]."""
-        for name, vectors in zip(MOVED.values(), (velocities, angular_velocities), strict=True):
-            for node, vector in zip(self.nodes, vectors, strict=True):
+    def set_velocities(self, segment: dict[str, list[Any]]) -> None:
+        """Give the spheres the velocities [m/s] and angular velocities [rad/s] of a segment."""
+        for name, variable in MOVED.items():
+            for node, vector in zip(self.nodes, segment[PLURAL[name]], strict=True):
                 for axis, value in zip(AXES, vector, strict=True):
-                    node.SetSolutionStepValue(self.variable(f"{name}_{axis}"), 0, value)
+                    node.SetSolutionStepValue(self.variable(f"{variable}_{axis}"), 0, value)
 
     def sample(self) -> dict[str, list[list[float]]]:
         """Return the parts of a motion now; forces are those of contacts, unknown on a row."""
@@ -207,7 +209,7 @@ class Simulation:
         information[searches] = 1
         for number in range(1, last + 1):
             if number - 1 in self.segments:
-                self.set_velocities(*self.segments[number - 1])
+                self.set_velocities(self.segments[number - 1])
             self.strategy.SolveSolutionStep()
             information[searches] = 0
             if number % self.scene["every"] == 0:
@@ -261,22 +263,6 @@ def four_of_a_row(bodies: list[dict[str, Any]], pitch: float) -> list[dict[str, 
     return [grain, *({**first, "position": [behind + k * pitch, y, z]} for k in (-1, 0, 1, 2))]
 
 
-def segments_by_step(scene: dict[str, Any]) -> dict[int, tuple[list[Any], list[Any]]]:
-    """Return velocities and angular velocities of all bodies by the step that they begin at."""
-    begins, begin = {}, 0
-    for segment in scene["segments"]:
-        begins[begin] = segment["velocities"], segment["angular_velocities"]
-        begin += segment["steps"]
-    return begins
-
-
-def write(path: Path, samples: dict[str, list[Any]]) -> None:
-    """Write samples; the file is there when it is whole."""
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(samples), encoding="utf-8")
-    part.rename(path)
-
-
 def main(text: str) -> None:
     """Run scenes in JSON."""
     import KratosMultiphysics as core
@@ -285,7 +271,9 @@ def main(text: str) -> None:
     core.ParallelUtilities.SetNumThreads(1)  # of a few spheres more threads only wait
     core.Logger.GetDefaultOutput().SetSeverity(core.Logger.Severity.WARNING)
     for place, scene in enumerate(json.loads(text)):
-        write(Path(f"{place}.json"), Simulation(core, dem, scene).run())
+        part = Path(f"{place}.part")  # the file is there when it is whole
+        part.write_text(json.dumps(Simulation(core, dem, scene).run()), encoding="utf-8")
+        part.rename(f"{place}.json")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,9 @@ class Simulation:
     """A scene in Yade; ``yade`` is the module of that name."""
 
     def __init__(self, yade: Any, scene: dict[str, Any]) -> None:
-        self.yade, self.scene, self.segments = yade, scene, segments_by_step(scene)
+        self.yade, self.scene = yade, scene
+        starts = accumulate((segment["steps"] for segment in scene["segments"]), initial=0)
+        self.segments = dict(zip(starts, scene["segments"], strict=False))  # by their first step
         self.samples: dict[str, list[Any]] = {name: [] for name in ("step", *PARTS)}
         self.stages: list[list[float]] = []
         code = scene["code"]
@@ -56,7 +59,7 @@ class Simulation:
         physics = getattr(yade, f"Ip2_{material}_{material}_{code['law']}")(**code["physics"])
         yade.O.engines = self.engines(physics, getattr(yade, law)(**code["options"]))
         if 0 in self.segments:
-            self.set_velocities(*self.segments[0])
+            self.set_velocities(self.segments[0])
 
     def add_sphere(self, body: dict[str, Any], material: Any) -> Any:
         """Return the body of a new sphere."""
@@ -122,7 +125,7 @@ class Simulation:
                 body.state.vel -= linear
                 body.state.angVel -= angular
         if number in self.segments:
-            self.set_velocities(*self.segments[number])
+            self.set_velocities(self.segments[number])
 
     def watch(self) -> None:
         """Look at the first sphere, and pause where the run is over."""
@@ -158,10 +161,10 @@ class Simulation:
         linear = force / body.state.mass + yade.Vector3(*self.scene["gravity"])
         return half * linear, half * torque / body.state.inertia[0]
 
-    def set_velocities(self, velocities: list[Any], angular_velocities: list[Any]) -> None:
+    def set_velocities(self, segment: dict[str, Any]) -> None:
         """Give the spheres the velocities of a segment."""
-        moved = zip(self.spheres, velocities, angular_velocities, strict=True)
-        for body, velocity, spin in moved:
+        moves = zip(segment["velocities"], segment["angular_velocities"], strict=True)
+        for body, (velocity, spin) in zip(self.spheres, moves, strict=True):
             body.state.vel = self.yade.Vector3(*velocity)
             body.state.angVel = self.yade.Vector3(*spin)
 
@@ -169,22 +172,6 @@ class Simulation:
         """Return the samples of all steps; the last ones are of the forces of one step more."""
         self.yade.O.run(self.scene["steps"] + 1, wait=True)
         return {**self.samples, "stages": self.stages}
-
-
-def segments_by_step(scene: dict[str, Any]) -> dict[int, tuple[list[Any], list[Any]]]:
-    """Return velocities and angular velocities of all bodies by the step that they begin at."""
-    begins, begin = {}, 0
-    for segment in scene["segments"]:
-        begins[begin] = segment["velocities"], segment["angular_velocities"]
-        begin += segment["steps"]
-    return begins
-
-
-def write(path: Path, samples: dict[str, list[Any]]) -> None:
-    """Write samples; the file is there when it is whole."""
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(samples), encoding="utf-8")
-    part.rename(path)
 
 
 if __name__ == "__main__":
@@ -195,4 +182,6 @@ if __name__ == "__main__":
     text = SCENES or Path(sys.argv[1]).read_text(encoding="utf-8")
     for place, scene in enumerate(json.loads(text)):
         simulation = Simulation(module, scene)  # the name that PyRunner's command calls
-        write(Path(f"{place}.json"), simulation.run())
+        part = Path(f"{place}.part")  # the file is there when it is whole
+        part.write_text(json.dumps(simulation.run()), encoding="utf-8")
+        part.rename(f"{place}.json")
