@@ -54,49 +54,43 @@ def run(
             f"height = {chain.mass.size - 1}: must be less than {MOST_PARTICLES} for the exact "
             "solver"
         )
-    propagator = Propagator(chain, duration, samples)
+    propagator = _Propagator(chain, duration, samples)
     while propagator.time < duration:
         shielded(propagator.advance)
         progress(propagator.sampled, samples)
     return propagator.motion()
 
 
-class Propagator:
+class _Propagator:
     """A chain on its way from one change of contacts to the next."""
 
     def __init__(self, chain: Chain, duration: float, samples: int) -> None:
         self._chain, self._duration, self._samples = chain, duration, samples
-        n = chain.diagonal.size
-        self.u, self.v = chain.displacement.copy(), chain.velocity.copy()
-        self.time, self.sampled = 0.0, 0
-        self._closed = self.u[:-1] - self.u[1:] > SLACK * chain.length
-        self._factor = np.zeros((3, n))
-        self._in_no_time = 0
+        self._u, self._v = chain.displacement.copy(), chain.velocity.copy()
+        self.time, self.sampled, self._in_no_time = 0.0, 0, 0
+        self._closed = self._u[:-1] - self._u[1:] > SLACK * chain.length
+        self._factor = np.zeros((3, self._closed.size))
         self._parts: list[tuple[Floats, Floats, Floats, Floats]] = []
 
     def advance(self) -> None:
         """Go from change to change, to the end or until an interrupt is looked for."""
         started = time.monotonic()
         while self.time < self._duration and time.monotonic() - started < SLICE_SECONDS:
-            self._advance()
-
-    def _advance(self) -> None:
-        """Go to the next change of contacts, or to the end, and keep the samples on the way."""
-        slack = SLACK * max(self._chain.length, float(np.abs(self.u).max()))
-        self._settle(slack)
-        modes = find_modes(self._chain, self._closed, self._factor, self.u, self.v)
-        changed, lasted, turns = self._find_change(modes, slack)
-        self._keep(modes, lasted, turns)
-        self.u, self.v = (part[0] for part in modes.at(np.array([lasted])))
-        self.time = self._duration if changed < 0 else self.time + lasted
-        # many changes in no time, to rounding, would never end
-        self._in_no_time = self._in_no_time + 1 if lasted * modes.highest < 1e-9 else 0
-        if changed >= 0:
-            self._closed[changed] = not self._closed[changed]
+            slack = SLACK * max(self._chain.length, float(np.abs(self._u).max()))
+            self._settle(slack)
+            modes = find_modes(self._chain, self._closed, self._factor, self._u, self._v)
+            changed, lasted, turns = self._find_change(modes, slack)
+            self._keep(modes, lasted, turns)
+            self._u, self._v = modes.at_one(lasted)
+            self.time = self._duration if changed < 0 else self.time + lasted
+            # many changes in no time, to rounding, would never end
+            self._in_no_time = self._in_no_time + 1 if lasted * modes.highest < 1e-9 else 0
+            if changed >= 0:
+                self._closed[changed] = not self._closed[changed]
 
     def motion(self) -> ChainMotion:
         """Return the motion at the samples so far, and now."""
-        self._append(np.array([self.time]), self.u[None], self.v[None])
+        self._append(np.array([self.time]), self._u[None], self._v[None])
         time, u, v, force = (np.concatenate(part) for part in zip(*self._parts, strict=True))
         return ChainMotion(
             chain=self._chain, time=time, displacements=u, velocities=v, forces=force
@@ -104,16 +98,14 @@ class Propagator:
 
     def _settle(self, slack: float) -> None:
         """Bring the contact set up to date; raise RequestError where rounding hides it."""
-        chain, overlap = self._chain, self.u[:-1] - self.u[1:]
-        factorise(self._closed, chain.diagonal, chain.coupling, self._factor)
+        law, overlap = (self._chain.diagonal, self._chain.coupling), self._u[:-1] - self._u[1:]
+        factorise(self._closed, *law, self._factor)
         # stricter than what the search allows: the new set is not at its own edge
-        solved = solve(
-            overlap, chain.diagonal, chain.coupling, self._closed, self._factor,
-            np.empty_like(overlap), 0.25 * slack,
-        )  # fmt: skip
+        force = np.empty_like(overlap)
+        solved = solve(overlap, *law, self._closed, self._factor, force, 0.25 * slack)
         if not solved or self._in_no_time > 4 * overlap.size + 16:
             raise RequestError(
-                f"duration = {self._duration:.6g} s: which of {self.u.size} particles touch is "
+                f"duration = {self._duration:.6g} s: which of {self._u.size} particles touch is "
                 "below rounding before that: take a shorter run, or rk4"
             )
 
@@ -122,7 +114,7 @@ class Propagator:
 
         And when the distance of grain and base turns before [s].
         """
-        x, w, local, turns = self.u, self.v, 0.0, []
+        x, w, local, turns = self._u, self._v, 0.0, []
         remaining = self._duration - self.time
         while True:
             reach = remaining - local
@@ -131,7 +123,7 @@ class Propagator:
             changed, root = next_change(self._chain, self._closed, self._factor, x, w, reach, slack)
             until = local + reach * root
             before = w[0] - w[-1]
-            x, w = (part[0] for part in modes.at(np.array([until])))
+            x, w = modes.at_one(until)
             if before * (w[0] - w[-1]) < 0:
                 turns.append(modes.turn(local, until, before))
             if changed >= 0:
@@ -191,21 +183,22 @@ class Modes(NamedTuple):
         omega = np.where(swings, self.frequency, 1.0)
         rest = np.where(swings, self.pull / omega**2, 0.0)
         cosine, sine, away = np.cos(omega * t), np.sin(omega * t), self.place - rest
-        y = np.where(
-            swings,
-            rest + away * cosine + self.rate / omega * sine,
-            self.place + t * (self.rate + 0.5 * self.pull * t),
-        )
+        swing = rest + away * cosine + self.rate / omega * sine
+        fall = self.place + t * (self.rate + 0.5 * self.pull * t)
         rate = np.where(swings, self.rate * cosine - away * omega * sine, self.rate + self.pull * t)
-        return self.origin + y @ self.shapes.T / self.root_mass, rate @ self.shapes.T / (
-            self.root_mass
-        )
+        u = self.origin + np.where(swings, swing, fall) @ self.shapes.T / self.root_mass
+        return u, rate @ self.shapes.T / self.root_mass
+
+    def at_one(self, time: float) -> tuple[Floats, Floats]:
+        """Return displacements and velocities (N,) at a time [s] after the change."""
+        u, v = self.at(np.array([time]))
+        return u[0], v[0]
 
     def turn(self, low: float, high: float, before: float) -> float:
         """Return when the distance of the first and the last particle turns [s], by bisection."""
         for _ in range(TURN_HALVINGS):
             middle = 0.5 * (low + high)
-            v = self.at(np.array([middle]))[1][0]
+            v = self.at_one(middle)[1]
             low, high = (middle, high) if before * (v[0] - v[-1]) > 0 else (low, middle)
         return 0.5 * (low + high)
 
