@@ -391,8 +391,7 @@ def _changes(run: Run) -> dict[str, Any]:
         "accepted": list(frame["value_before"]),
         "now": list(frame["value_after"]),
         "in tolerances": [number(moved, SHORT) for moved in frame["in_tolerances"]],
-        "verdict": [[Badge(v, v) for v in dict.fromkeys(pair) if isinstance(v, str)]
-                    for pair in verdicts],
+        "verdict": [[v for v in dict.fromkeys(pair) if isinstance(v, str)] for pair in verdicts],
     })  # fmt: skip
     return {
         "changed": ", ".join(numbers) or "no row in common",
