@@ -317,8 +317,8 @@ def energy_scaling() -> Figure:
 
 def structure_window() -> Figure:
     """Draw the critical angle of the structure window by law."""
-    angles = pd.concat(towers.structure_angles(law, 6) for law in LAWS)
-    return _whole_heights(angle_figure(angles, readings=("lost",)))
+    angles = pd.concat(towers.structure_angles(law) for law in LAWS)
+    return _whole_heights(angle_figure(angles[angles["height"] <= 6], readings=("lost",)))
 
 
 def _whole_heights(figure: Figure) -> Figure:
