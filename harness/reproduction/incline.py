@@ -12,8 +12,8 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from harness.cases.bench import OWN, Bench
-from harness.cases.incline.angle import angle_on, reference_measure
-from harness.cases.incline.search import CriticalAngle, prepared, search
+from harness.cases.incline.angle import CriticalAngle
+from harness.cases.incline.search import angle_on, prepared, reference_measure, search
 from harness.cases.incline.system import Incline, Route
 from harness.cases.tower.impulse import STIFFNESSES
 from harness.cases.tower.parameters import Tower

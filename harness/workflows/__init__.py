@@ -16,8 +16,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from harness.cases.incline.angle import critical_angle, extrapolated_critical_angle
     from harness.cases.incline.closed_form import theory
+    from harness.cases.incline.search import critical_angle, extrapolated_critical_angle
     from harness.cases.tower.impulse import impulse_angles
     from harness.cases.tower.impulse import impulse_angles as impulse
     from harness.cases.tower.runs import tower
@@ -35,7 +35,7 @@ __all__ = [
 ]  # fmt: skip
 
 _VERBS = {  # by the modules that have them
-    "harness.cases.incline.angle": ("critical_angle", "extrapolated_critical_angle"),
+    "harness.cases.incline.search": ("critical_angle", "extrapolated_critical_angle"),
     "harness.cases.incline.closed_form": ("theory",),
     "harness.cases.tower.impulse": ("impulse_angles",),
     "harness.cases.tower.runs": ("tower",),

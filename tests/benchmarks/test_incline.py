@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.angle import critical_angle
+from harness.cases.incline.search import critical_angle
 from harness.cases.incline.system import TEMPLATE, Incline, job_of
 from harness.engines.registry import engine_class, open_engine
 

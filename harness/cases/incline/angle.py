@@ -1,39 +1,40 @@
-"""Critical angles of the incline in an engine: at one stiffness and step, and extrapolated.
+"""What a run, a search and an extrapolation of the incline return.
 
-The angle of rigid spheres is the limit of the step to zero, then of the stiffness to infinity, by
-passage with the plastic contact. LAMMPS damps by the velocity of half a step ago: the angle is
-of first order in the step. In the stiffness the order k^(-1/2) cancels, as the grain is pressed in
-and comes back while it moves on; the error falls as 1/k with a next term k^(-3/2). With friction
-so little that shocks slide, the order k^(-1/2) does not cancel: -8.5 deg zeta / sqrt(k) at
-mu = 0.03, k in N/m.
+A run is judged by a script or by the ends of stages of a scene. Contacts only take energy: a grain
+that moves back with a negative margin is trapped. LAMMPS's script judges in its own language; the
+stages of other engines are judged here.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
+from numpy.typing import NDArray
 
-from harness import __version__
-from harness.cases.bench import Bench
-from harness.cases.incline.closed_form import check_passage, rigid_angle
-from harness.cases.incline.runs import Run, read
-from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
-from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
-from harness.engines.base import Job, Output
-from harness.engines.output import Provenance, motion_tables
-from harness.engines.process import cores, parallel_map
-from harness.errors import EngineError, Unsupported
-from harness.model.base import Parameters
-from harness.model.law import PLASTIC
+from harness.cases.base import COLUMNS
+from harness.cases.incline.closed_form import rigid_angle
+from harness.cases.incline.system import (
+    Incline,
+    OverRow,
+    Route,
+    end_of,
+    friction_text,
+    margin,
+    overlaps,
+    wells_of,
+)
+from harness.engines.base import Output
+from harness.engines.output import STAGES
+from harness.errors import EngineOutputError
+from harness.model.scene import LOOK
 from harness.report.content import Plottable, power, value_text
 from harness.results.series import Limit, limit
-from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import sticking_friction
 
 if TYPE_CHECKING:
@@ -42,180 +43,239 @@ if TYPE_CHECKING:
 
     from harness.report.figures import Figure
 
-Progress = Callable[[str, int, int], None]  # stage, done, expected
-REFERENCE = Provenance("reference", __version__, how="compiled")
+Floats = NDArray[np.float64]
+TOUCHING = {"0": False, "1": True}
 STEP_EXPONENTS, STIFFNESS_EXPONENTS = (1.0,), (1.0, 1.5)
 SLIDING_EXPONENTS = (0.5, 1.0)  # of the stiffness, where shocks slide
-RUNS: dict[Route, int] = {"passage": 12, "steady": 16}  # of a search, about
-DIGITS = 15  # of an engine whose margins are the reference's to round-off
 
 
-def critical_angle(
-    case: Incline | None = None,
-    *,
-    method: Route = "passage",
-    tolerance_deg: float | None = None,
-    phases: int = PHASES,
-    wells: int | None = None,
-    engine: EngineChoice = None,
-    fresh: bool = False,
-    progress: Progress | None = None,
-) -> CriticalAngle:
-    """Return the critical angle [deg] of a case, the source's contact unless given.
+class Fate(StrEnum):
+    """The outcome of a run. Cut off by its time limit it is undecided, never trapped."""
 
-    ``method`` is ``passage`` or ``steady``; ``tolerance_deg`` is the resolution of the search.
-    ``phases`` are the starts within a step of a passage, ``wells`` those to pass in steady motion.
-    ``engine`` is an open one, or the name of one that is opened and whose runs are kept, LAMMPS
-    unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
-    RequestError for a contact that rebounds too much for a passage.
-    """
-    case, done = prepared(case or Incline(), method, wells), 0
-    with opened(engine, fresh=fresh) as running:
-        run = engine_measure(Bench(running), method)
-
-        def measure(cases: Sequence[Incline]) -> Sequence[Run]:
-            nonlocal done
-            runs = run(cases)
-            done += len(runs)
-            if progress is not None:
-                progress(f"runs, {method}", done, max(RUNS[method], done))
-            return runs
-
-        return search(measure, case, method, tolerance_deg, phases)
+    MOVES_ON = "moves_on"
+    TRAPPED = "trapped"
+    UNDECIDED = "undecided"
 
 
-def extrapolated_critical_angle(
-    case: Incline | None = None,
-    *,
-    ladder: Ladder | None = None,
-    engine: EngineChoice = None,
-    fresh: bool = False,
-    progress: Progress | None = None,
-) -> ExtrapolatedAngle:
-    """Return the critical angle [deg] with the step to zero, then the stiffness to infinity.
+@dataclass(frozen=True)
+class Run:
+    """One run, judged. Margins [m g d] are those at the end, and at each crest that was passed."""
 
-    By passage, with the plastic contact unless a case is given. Raise the first EngineError;
-    raise RequestError for a contact that rebounds too much, before any run.
-    """
-    case, ladder = case or Incline(contact=PLASTIC), ladder or Ladder()
-    for refined in ladder.cases(case):
-        check_passage(refined)
-    with opened(engine, fresh=fresh) as running:
-        return extrapolated_on(Bench(running), ladder, case, progress)
+    case: OverRow
+    fate: Fate
+    margin: float
+    touching: bool
+    time_s: float
+    steps: int
+    crest_margins: Floats
+    output: Output = field(repr=False)
 
-
-# ---- on a bench, which runs nothing twice
-
-
-def angle_on(
-    bench: Bench, case: Incline, method: Route = "passage", tolerance_deg: float | None = None
-) -> CriticalAngle:
-    """Return the critical angle of a case in the engine of a bench.
-
-    The reference guides a search where the engine writes as many digits.
-    """
-    measure, case = engine_measure(bench, method), prepared(case, method)
-    guide = reference_measure(bench, method) if bench.engine.traits.digits >= DIGITS else None
-    return search(measure, case, method, tolerance_deg, reference=guide)
+    @property
+    def quantities(self) -> dict[str, float]:
+        """Return the quantities of the case, by name."""
+        return {
+            "margin_over_mgd": self.margin,
+            "moves_on": float(self.fate is Fate.MOVES_ON),
+            "touching": float(self.touching),
+            "time_s": self.time_s,
+            "steps": float(self.steps),
+        }
 
 
-def reference_angle(bench: Bench, case: Incline) -> CriticalAngle:
-    """Return the critical angle by passage in the reference, by the bench's conventions."""
-    return search(reference_measure(bench, "passage"), case, "passage")
+class Ends(NamedTuple):
+    """The ends of the stages of a run, one in each well from the first on: each (K,), in SI units.
 
-
-def extrapolated_on(
-    bench: Bench, ladder: Ladder, case: Incline, progress: Progress | None = None
-) -> ExtrapolatedAngle:
-    """Return the limit of the critical angle in the engine of a bench."""
-    cases, done = ladder.cases(case), 0
-
-    def angle_of(refined: Incline) -> CriticalAngle:
-        nonlocal done
-        angle = angle_on(bench, refined)
-        done += 1
-        if progress is not None:
-            progress("critical angles", done, len(cases))
-        return angle
-
-    return extrapolate(parallel_map(angle_of, cases, cores()))
-
-
-def engine_measure(
-    bench: Bench,
-    route: Route,
-    job: Callable[..., Job] = job_of,
-    reader: Callable[..., Run] = read,
-) -> Measure:
-    """Return a function that runs cases in the engine of a bench.
-
-    Raise Unsupported for a case that the engine refuses, the first EngineError of a run.
+    ``margin`` [m g d] is the energy over the next crest, ``crest`` the x [m] of that crest; a grain
+    ``below`` it, that moves back, is trapped: its energy of translation does not reach the crest.
     """
 
-    def measure(cases: Sequence[Incline]) -> list[Run]:
-        jobs = [job(case, route) for case in cases]
-        if reason := next(filter(None, map(bench.refusal, jobs)), ""):
-            raise Unsupported(reason)
-        runs = []
-        for case, outcome in zip(cases, bench.outcomes(jobs), strict=True):
-            if isinstance(outcome, EngineError):
-                raise outcome
-            try:
-                runs.append(reader(case, route, outcome))
-            except EngineError as error:
-                raise error.with_log(error.log or outcome.log) from None
-        return runs
-
-    return measure
+    margin: Floats
+    crest: Floats
+    touching: NDArray[np.bool_]
+    below: NDArray[np.bool_]
 
 
-def reference_measure(bench: Bench, route: Route) -> Measure:
-    """Return a function that runs cases in the reference, by the conventions of a bench's engine.
+def read(
+    case: OverRow, route: Route, output: Output, ends_of: Callable[..., Ends] | None = None
+) -> Run:
+    """Return the run in an output: judged by its script, else by the ends of its stages.
 
-    Raise Unsupported for a case that the engine cannot run.
+    ``ends_of`` returns the ends by the case, the route, the numbers of the wells and the states
+    x, y [m], vx, vy [m/s] there; those of the incline unless given. Raise EngineOutputError for an
+    output that is incomplete or has other settings, EngineNaNError for values that are not finite.
+    """
+    if output.has("route") and output.text("route") != route:
+        raise EngineOutputError(f"{output.engine} ran another route than {route!r}")
+    output.check_numbers(
+        {
+            "angle_deg": case.angle,
+            "mass_kg": case.mass,
+            "stiffness_N_per_m": case.stiffness,
+            "damping_coefficient_N_s_per_m": case.contact.dashpot(case.stiffness, case.mass),
+            "gravity_m_per_s2": case.gravity,
+            "step_s": case.step,
+        }
+    )
+    if output.results:
+        return _judged_by_script(case, route, output)
+    return _judged_by_stages(case, route, output, ends_of or incline_ends)
+
+
+def _judged_by_script(case: OverRow, route: Route, output: Output) -> Run:
+    crests = output.rows("crest", 4)
+    try:
+        fate, touching = Fate(output.text("verdict")), TOUCHING[output.text("touching")]
+    except (ValueError, KeyError) as error:
+        raise EngineOutputError(f"{output.engine} left an incomplete result ({error})") from None
+    passed, wells = len(crests), wells_of(case, route)
+    if passed > wells or (passed == wells) != (fate is Fate.MOVES_ON):
+        raise EngineOutputError(
+            f"{output.engine} printed a grain that is {fate} after {passed} crests of {wells}"
+        )
+    return Run(
+        case,
+        fate,
+        output.number("margin_J") / case.weight_energy,
+        touching,
+        output.number("time_s"),
+        round(output.number("steps")),
+        crests[:, 2] / case.weight_energy,
+        output,
+    )
+
+
+def _judged_by_stages(
+    case: OverRow, route: Route, output: Output, ends_of: Callable[..., Ends]
+) -> Run:
+    table = output.table(COLUMNS, name=STAGES)
+    time, x, y, vx, vy = (table[name][1:] for name in COLUMNS)
+    wells = wells_of(case, route)
+    if not 1 <= x.size <= wells:
+        raise EngineOutputError(f"{output.engine} left {x.size} ends of stages, of {wells} wells")
+    ends = ends_of(case, route, np.arange(1, x.size + 1), (x, y, vx, vy))
+    beyond, last = x > ends.crest, float(ends.margin[-1])
+    fate = Fate.UNDECIDED
+    if beyond[-1] and x.size == wells:
+        fate = Fate.TRAPPED if route == "passage" and last < 0.0 else Fate.MOVES_ON
+    elif not beyond[-1] and vx[-1] < 0.0 and ends.below[-1]:
+        fate = Fate.TRAPPED
+    limit = case.time_limit * case.unit_of_time
+    if fate is Fate.UNDECIDED and time[-1] < limit * (1.0 - 1e-9) - LOOK * case.step:
+        raise EngineOutputError(
+            f"{output.engine} left a run that ends at {time[-1]:g} s, undecided, before the time "
+            f"limit of {limit:g} s"
+        )
+    steps, crests = round(time[-1] / case.step), ends.margin[beyond]
+    return Run(
+        case, fate, last, bool(ends.touching[-1]), float(time[-1]), steps, crests, output
+    )  # fmt: skip
+
+
+def incline_ends(case: Incline, route: Route, well: Floats, state: tuple[Floats, ...]) -> Ends:
+    """Return the ends of stages of a grain over the incline's row.
+
+    With friction margins have 1 + beta times the energy of the velocity, as of a grain that rolls.
+    One that slides over the crest has no other root, and its margin keeps its slope there.
+    """
+    x, y, vx, vy = state
+    rolling = 0.5 * case.rolling_inertia * case.mass / case.weight_energy * (vx**2 + vy**2)
+    touching = np.maximum(*overlaps(case, x, y)) > 0.0
+    sliding = margin(case, well, state)
+    return Ends(sliding + rolling, end_of(case, route, well), touching, sliding < 0.0)
+
+
+# ---- the critical angle at one stiffness and step
+
+
+@dataclass(frozen=True, repr=False)
+class CriticalAngle(Plottable):
+    """A critical angle [deg] at one stiffness and step.
+
+    ``uncertainty`` [deg] is the range of a single start, and of the search. ``mean_error`` [deg] is
+    the error of the value as a mean over starts within a step. Neither contains the error of a
+    finite stiffness or step. ``monotone`` is False where an angle above a moving one was trapped.
+    ``runs`` are those of the search: angle [deg], phase, motion, margin [m g d].
     """
 
-    def run(case: Incline) -> Run:
-        scene = scene_of(case, route)
-        tables = motion_tables(bench.reference(scene), scene, sampled=False)
-        return read(case, route, Output((), REFERENCE, tables, title="the reference"))
+    value: float
+    uncertainty: float
+    mean_error: float
+    method: Route
+    case: Incline
+    output: Output = field(repr=False)  # of the last run
+    runs: tuple[dict[str, Any], ...] = ()
+    monotone: bool = True
+    note: str = ""
+    steps: int = 0
 
-    return lambda cases: parallel_map(run, cases, cores())
+    def to_json(self) -> dict[str, Any]:
+        """Return the result, JSON-ready, SI units and degrees in the keys."""
+        case = self.case
+        friction = {"friction": case.friction, "grain_diameter_m": case.grain, "shape": case.shape}
+        return {
+            "critical_angle_deg": self.value,
+            "uncertainty_deg": self.uncertainty,
+            "method": self.method,
+            "stiffness_N_per_m": case.stiffness,
+            "steps_per_contact": case.steps_per_contact,
+            "contact": case.contact.name,
+            "restitution": case.contact.restitution,
+            "damping_ratio": case.contact.zeta,
+            "tail": case.contact.tail,
+            "effective_mass": case.contact.effective_mass,
+            "diameter_m": case.diameter,
+            "density_kg_per_m3": case.density,
+            "gravity_m_per_s2": case.gravity,
+            **({} if case.is_plain else friction),
+            **({"wells": case.wells} if self.method == "steady" else {}),
+            "monotone": self.monotone,
+            "note": self.note,
+            "runs": len(self.runs),
+            "steps": self.steps,
+            **asdict(self.output.provenance),
+        }
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the runs behind the value as a table, sorted by angle."""
+        import pandas as pd
+
+        return pd.DataFrame(self.runs).sort_values("angle_deg")
+
+    def summary(self) -> dict[str, str]:
+        """Return the angle, the case and what measured it."""
+        case = self.case
+        return {
+            "critical angle": value_text(self.value, self.uncertainty, "deg"),
+            "case": f"incline, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
+            f"{case.steps_per_contact:g} steps per contact time{friction_text(case)}",
+            "method": f"{self.method}, {len(self.runs)} runs",
+            "engine": self.output.provenance.label,
+            **({"note": self.note} if self.note else {}),
+        }
+
+    def draw(self) -> Figure:
+        """Draw the margin of each run over its angle, in steady motion its fate."""
+        from harness.report.figures import BLACK, BLUE, GREEN, axis, label, legend_below, panels
+
+        figure, frame = panels(1, 1, 6.4, 3.9), self.to_frame()
+        (axes,) = figure.axes
+        if self.method == "passage":
+            values, y = frame["margin"], axis("energy over the next crest", "m g d")
+            axes.axhline(0.0, color="0.6", lw=0.8)
+        else:
+            fates = [str(fate) for fate in Fate]
+            values, y = frame["motion"].map(fates.index), "fate of the grain"
+            axes.set_yticks(range(len(fates)), [fate.replace("_", " ") for fate in fates])
+        axes.plot(frame["angle_deg"], values, "o", color=BLUE, mfc="none", label="runs")
+        low, high = self.value - self.uncertainty, self.value + self.uncertainty
+        axes.axvspan(low, high, color=GREEN, alpha=0.25, label="uncertainty")
+        axes.axvline(self.value, color=BLACK, ls="--", lw=1, label="critical angle")
+        label(axes, axis("tilt", "deg"), y, f"{self.output.provenance.label}, {self.method}")
+        legend_below(figure, 3)
+        return figure
 
 
 # ---- step to zero, stiffness to infinity
-
-
-class Ladder(Parameters):
-    """Stiffnesses over that of a case, and steps per contact time, of an extrapolation."""
-
-    # fmt: off
-    factors: tuple[float, ...] = Field(
-        (0.1, 10**-0.5, 1.0, 10**0.5, 10.0), description="[-] stiffness over the case's stiffness")
-    steps_per_contact: tuple[float, ...] = Field(
-        (50.0, 100.0, 200.0, 400.0), description="[-] steps per contact time")
-    # fmt: on
-
-    @model_validator(mode="after")
-    def _check(self) -> Ladder:
-        if len(set(self.factors)) < 4 or min(self.factors) <= 0.0:
-            raise ValueError(f"factors = {self.factors}: needs four different positive ones")
-        if len(set(self.steps_per_contact)) < 3:
-            raise ValueError(f"steps_per_contact = {self.steps_per_contact}: needs three different")
-        return self
-
-    def cases(self, case: Incline) -> list[Incline]:
-        """Return the refined cases, the costliest first so that no core idles at the end."""
-        refined = [
-            case.replace(stiffness=case.stiffness * factor, steps_per_contact=steps)
-            for factor in self.factors
-            for steps in self.steps_per_contact
-        ]
-        return sorted(refined, key=lambda case: case.step)
-
-
-QUICK_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5), steps_per_contact=(50.0, 100.0, 200.0))
-FULL_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5, 10.0, 10**1.5, 100.0))
 
 
 @dataclass(frozen=True, repr=False)

@@ -13,14 +13,7 @@ from pydantic import Field
 
 from harness.cases.base import Case, Check, Level, Quantity, Value, path_in
 from harness.cases.bench import OWN, Bench
-from harness.cases.incline.angle import (
-    FULL_LADDER,
-    QUICK_LADDER,
-    Ladder,
-    angle_on,
-    engine_measure,
-    extrapolated_on,
-)
+from harness.cases.incline.angle import CriticalAngle, read
 from harness.cases.incline.checks import (
     FRICTIONS,
     PLASTIC_CASE,
@@ -31,8 +24,18 @@ from harness.cases.incline.checks import (
     ladder_jobs,
 )
 from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound, rigid_angle
-from harness.cases.incline.runs import read
-from harness.cases.incline.search import PHASES, CriticalAngle, Measure, prepared, search
+from harness.cases.incline.search import (
+    FULL_LADDER,
+    PHASES,
+    QUICK_LADDER,
+    Ladder,
+    Measure,
+    angle_on,
+    engine_measure,
+    extrapolated_on,
+    prepared,
+    search,
+)
 from harness.cases.incline.system import Incline, Route, expected_steps, job_of, scene_of
 from harness.engines.base import Engine, Job, Output
 from harness.errors import EngineError, RequestError

@@ -17,18 +17,19 @@ import numpy as np
 
 from harness.cases.base import COLUMNS, Check, Value, path_in
 from harness.cases.bench import Bench
-from harness.cases.incline.angle import (
+from harness.cases.incline.angle import read
+from harness.cases.incline.closed_form import rigid_angle
+from harness.cases.incline.search import (
     FULL_LADDER,
     QUICK_LADDER,
     RUNS,
     Ladder,
     angle_on,
     extrapolated_on,
+    first_cases,
+    prepared,
     reference_angle,
 )
-from harness.cases.incline.closed_form import rigid_angle
-from harness.cases.incline.runs import read
-from harness.cases.incline.search import first_cases, prepared
 from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
 from harness.engines.base import Engine, Job
 from harness.errors import EngineMissingError, Unsupported

@@ -32,11 +32,10 @@ from pydantic import Field, model_validator
 from harness import __version__
 from harness.cases.base import Case, Check, Level, Value, path_in
 from harness.cases.bench import OWN, Bench
-from harness.cases.incline.angle import engine_measure
+from harness.cases.incline.angle import CriticalAngle, Ends, Floats, Run, read
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.case import Search, searched
-from harness.cases.incline.runs import Ends, Floats, Run, read
-from harness.cases.incline.search import CriticalAngle
+from harness.cases.incline.search import engine_measure
 from harness.cases.incline.system import (
     START_BEHIND_CREST,
     START_SPEED,

@@ -12,32 +12,49 @@ contact begins changes its shock a little, so fates may alternate in the angle. 
 they alternate over 1e-3 deg at most: the ends of the window are scan enough. At coarse steps they
 mix over an interval (0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more
 wells are passed, and the angles around each change are probed.
+
+*Extrapolation.* The angle of rigid spheres is the limit of the step to zero, then of the stiffness
+to infinity, by passage with the plastic contact. LAMMPS damps by the velocity of half a step ago:
+the angle is of first order in the step. In the stiffness the order k^(-1/2) cancels, as the grain
+is pressed in and comes back while it moves on; the error falls as 1/k with a next term k^(-3/2).
+With friction so little that shocks slide, the order k^(-1/2) does not cancel: -8.5 deg zeta /
+sqrt(k) at mu = 0.03, k in N/m.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from itertools import count, pairwise
+from typing import Any
 
 import numpy as np
+from pydantic import Field, model_validator
 from scipy.optimize import brentq, root_scalar
 
+from harness import __version__
+from harness.cases.bench import Bench
+from harness.cases.incline.angle import (
+    CriticalAngle,
+    ExtrapolatedAngle,
+    Fate,
+    Run,
+    extrapolate,
+    read,
+)
 from harness.cases.incline.closed_form import check_passage, refuse_passage
-from harness.cases.incline.runs import Fate, Run
-from harness.cases.incline.system import Incline, Route, friction_text
-from harness.engines.base import Output
-from harness.errors import EngineOutputError
-from harness.report.content import Plottable, power, value_text
+from harness.cases.incline.system import Incline, Route, job_of, scene_of
+from harness.engines.base import Job, Output
+from harness.engines.output import Provenance, motion_tables
+from harness.engines.process import cores, parallel_map
+from harness.errors import EngineError, EngineOutputError, Unsupported
+from harness.model.base import Parameters
+from harness.model.law import PLASTIC
+from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import kept_speed
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from harness.report.figures import Figure
-
+Progress = Callable[[str, int, int], None]  # stage, done, expected
 Measure = Callable[[Sequence[Any]], Sequence[Run]]
 """Runs cases of one route and returns their runs in order."""
 
@@ -57,6 +74,170 @@ WELLS = 10  # of a plain grain; their number grows as 1 + SPIN_WELLS / friction
 SPIN_WELLS = 0.1
 SAME_MARGIN = 1e-9  # [m g d] round-off between the engine's margin and the reference's
 TIME_PER_WELL = 40.0  # [sqrt(d/g)] least time limit of steady motion
+REFERENCE = Provenance("reference", __version__, how="compiled")
+RUNS: dict[Route, int] = {"passage": 12, "steady": 16}  # of a search, about
+DIGITS = 15  # of an engine whose margins are the reference's to round-off
+
+
+def critical_angle(
+    case: Incline | None = None,
+    *,
+    method: Route = "passage",
+    tolerance_deg: float | None = None,
+    phases: int = PHASES,
+    wells: int | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
+    progress: Progress = lambda *_: None,
+) -> CriticalAngle:
+    """Return the critical angle [deg] of a case, the source's contact unless given.
+
+    ``method`` is ``passage`` or ``steady``; ``tolerance_deg`` is the resolution of the search.
+    ``phases`` are the starts within a step of a passage, ``wells`` those to pass in steady motion.
+    ``engine`` is an open one, or the name of one that is opened and whose runs are kept, LAMMPS
+    unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
+    RequestError for a contact that rebounds too much for a passage.
+    """
+    case, done = prepared(case or Incline(), method, wells), 0
+    with opened(engine, fresh=fresh) as running:
+        run = engine_measure(Bench(running), method)
+
+        def measure(cases: Sequence[Incline]) -> Sequence[Run]:
+            nonlocal done
+            runs = run(cases)
+            done += len(runs)
+            progress(f"runs, {method}", done, max(RUNS[method], done))
+            return runs
+
+        return search(measure, case, method, tolerance_deg, phases)
+
+
+def extrapolated_critical_angle(
+    case: Incline | None = None,
+    *,
+    ladder: Ladder | None = None,
+    engine: EngineChoice = None,
+    fresh: bool = False,
+    progress: Progress = lambda *_: None,
+) -> ExtrapolatedAngle:
+    """Return the critical angle [deg] with the step to zero, then the stiffness to infinity.
+
+    By passage, with the plastic contact unless a case is given. Raise the first EngineError;
+    raise RequestError for a contact that rebounds too much, before any run.
+    """
+    case, ladder = case or Incline(contact=PLASTIC), ladder or Ladder()
+    for refined in ladder.cases(case):
+        check_passage(refined)
+    with opened(engine, fresh=fresh) as running:
+        return extrapolated_on(Bench(running), ladder, case, progress)
+
+
+# ---- on a bench, which runs nothing twice
+
+
+def angle_on(
+    bench: Bench, case: Incline, method: Route = "passage", tolerance_deg: float | None = None
+) -> CriticalAngle:
+    """Return the critical angle of a case in the engine of a bench.
+
+    The reference guides a search where the engine writes as many digits.
+    """
+    measure, case = engine_measure(bench, method), prepared(case, method)
+    guide = reference_measure(bench, method) if bench.engine.traits.digits >= DIGITS else None
+    return search(measure, case, method, tolerance_deg, reference=guide)
+
+
+def reference_angle(bench: Bench, case: Incline) -> CriticalAngle:
+    """Return the critical angle by passage in the reference, by the bench's conventions."""
+    return search(reference_measure(bench, "passage"), case, "passage")
+
+
+def extrapolated_on(
+    bench: Bench, ladder: Ladder, case: Incline, progress: Progress = lambda *_: None
+) -> ExtrapolatedAngle:
+    """Return the limit of the critical angle in the engine of a bench."""
+    cases, done = ladder.cases(case), count(1)
+
+    def angle_of(refined: Incline) -> CriticalAngle:
+        angle = angle_on(bench, refined)
+        progress("critical angles", next(done), len(cases))
+        return angle
+
+    return extrapolate(parallel_map(angle_of, cases, cores()))
+
+
+def engine_measure(
+    bench: Bench, route: Route, job: Callable[..., Job] = job_of, reader: Callable[..., Run] = read
+) -> Measure:
+    """Return a function that runs cases in the engine of a bench.
+
+    Raise Unsupported for a case that the engine refuses, the first EngineError of a run.
+    """
+
+    def measure(cases: Sequence[Incline]) -> list[Run]:
+        jobs = [job(case, route) for case in cases]
+        if reason := next(filter(None, map(bench.refusal, jobs)), ""):
+            raise Unsupported(reason)
+        runs = []
+        for case, outcome in zip(cases, bench.outcomes(jobs), strict=True):
+            if isinstance(outcome, EngineError):
+                raise outcome
+            try:
+                runs.append(reader(case, route, outcome))
+            except EngineError as error:
+                raise error.with_log(error.log or outcome.log) from None
+        return runs
+
+    return measure
+
+
+def reference_measure(bench: Bench, route: Route) -> Measure:
+    """Return a function that runs cases in the reference, by the conventions of a bench's engine.
+
+    Raise Unsupported for a case that the engine cannot run.
+    """
+
+    def run(case: Incline) -> Run:
+        scene = scene_of(case, route)
+        tables = motion_tables(bench.reference(scene), scene, sampled=False)
+        return read(case, route, Output((), REFERENCE, tables, title="the reference"))
+
+    return lambda cases: parallel_map(run, cases, cores())
+
+
+class Ladder(Parameters):
+    """Stiffnesses over that of a case, and steps per contact time, of an extrapolation."""
+
+    # fmt: off
+    factors: tuple[float, ...] = Field(
+        (0.1, 10**-0.5, 1.0, 10**0.5, 10.0), description="[-] stiffness over the case's stiffness")
+    steps_per_contact: tuple[float, ...] = Field(
+        (50.0, 100.0, 200.0, 400.0), description="[-] steps per contact time")
+    # fmt: on
+
+    @model_validator(mode="after")
+    def _check(self) -> Ladder:
+        if len(set(self.factors)) < 4 or min(self.factors) <= 0.0:
+            raise ValueError(f"factors = {self.factors}: needs four different positive ones")
+        if len(set(self.steps_per_contact)) < 3:
+            raise ValueError(f"steps_per_contact = {self.steps_per_contact}: needs three different")
+        return self
+
+    def cases(self, case: Incline) -> list[Incline]:
+        """Return the refined cases, the costliest first so that no core idles at the end."""
+        refined = [
+            case.replace(stiffness=case.stiffness * factor, steps_per_contact=steps)
+            for factor in self.factors
+            for steps in self.steps_per_contact
+        ]
+        return sorted(refined, key=lambda case: case.step)
+
+
+QUICK_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5), steps_per_contact=(50.0, 100.0, 200.0))
+FULL_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5, 10.0, 10**1.5, 100.0))
+
+
+# ---- a search
 
 
 def prepared(case: Incline, method: Route, wells: int | None = None) -> Incline:
@@ -95,13 +276,9 @@ def at_angles(case: Incline, angles: Iterable[float]) -> list[Incline]:
 
 
 def search(
-    measure: Measure,
-    case: Incline,
-    method: Route,
-    tolerance_deg: float | None = None,
-    phases: int = PHASES,
-    reference: Measure | None = None,
-) -> CriticalAngle:
+    measure: Measure, case: Incline, method: Route, tolerance_deg: float | None = None,
+    phases: int = PHASES, reference: Measure | None = None,
+) -> CriticalAngle:  # fmt: skip
     """Return the critical angle [deg] of a case by a function that runs cases of the route.
 
     ``reference`` runs cases at equal steps, and may guide a passage.
@@ -117,12 +294,9 @@ def search(
 
 
 def by_passage(
-    measure: Measure,
-    case: Incline,
-    tolerance_deg: float = 1e-3,
-    phases: int = PHASES,
+    measure: Measure, case: Incline, tolerance_deg: float = 1e-3, phases: int = PHASES,
     reference: Measure | None = None,
-) -> CriticalAngle:
+) -> CriticalAngle:  # fmt: skip
     """Return the root of the margin, averaged over starts within a step.
 
     The root is that of phase 0; then runs with the start shifted by fractions of a step show how
@@ -303,97 +477,6 @@ def _probes(runs: Sequence[Run], case: Incline) -> list[float]:
         if end - start > SPACING_DEG * (1.0 + 1e-9):
             angles += np.linspace(start, end, math.ceil((end - start) / SPACING_DEG) + 1).tolist()
     return sorted(set(angles) - {run.case.angle for run in runs})
-
-
-# ---- the result
-
-
-@dataclass(frozen=True, repr=False)
-class CriticalAngle(Plottable):
-    """A critical angle [deg] at one stiffness and step.
-
-    ``uncertainty`` [deg] is the range of a single start, and of the search. ``mean_error`` [deg] is
-    the error of the value as a mean over starts within a step. Neither contains the error of a
-    finite stiffness or step. ``monotone`` is False where an angle above a moving one was trapped.
-    ``runs`` are those of the search: angle [deg], phase, motion, margin [m g d].
-    """
-
-    value: float
-    uncertainty: float
-    mean_error: float
-    method: Route
-    case: Incline
-    output: Output = field(repr=False)  # of the last run
-    runs: tuple[dict[str, Any], ...] = ()
-    monotone: bool = True
-    note: str = ""
-    steps: int = 0
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the result, JSON-ready, SI units and degrees in the keys."""
-        case = self.case
-        friction = {"friction": case.friction, "grain_diameter_m": case.grain, "shape": case.shape}
-        return {
-            "critical_angle_deg": self.value,
-            "uncertainty_deg": self.uncertainty,
-            "method": self.method,
-            "stiffness_N_per_m": case.stiffness,
-            "steps_per_contact": case.steps_per_contact,
-            "contact": case.contact.name,
-            "restitution": case.contact.restitution,
-            "damping_ratio": case.contact.zeta,
-            "tail": case.contact.tail,
-            "effective_mass": case.contact.effective_mass,
-            "diameter_m": case.diameter,
-            "density_kg_per_m3": case.density,
-            "gravity_m_per_s2": case.gravity,
-            **({} if case.is_plain else friction),
-            **({"wells": case.wells} if self.method == "steady" else {}),
-            "monotone": self.monotone,
-            "note": self.note,
-            "runs": len(self.runs),
-            "steps": self.steps,
-            **asdict(self.output.provenance),
-        }
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return the runs behind the value as a table, sorted by angle."""
-        import pandas as pd
-
-        return pd.DataFrame(self.runs).sort_values("angle_deg")
-
-    def summary(self) -> dict[str, str]:
-        """Return the angle, the case and what measured it."""
-        case = self.case
-        return {
-            "critical angle": value_text(self.value, self.uncertainty, "deg"),
-            "case": f"incline, {case.contact.name} contact, k = {power(case.stiffness)} N/m, "
-            f"{case.steps_per_contact:g} steps per contact time{friction_text(case)}",
-            "method": f"{self.method}, {len(self.runs)} runs",
-            "engine": self.output.provenance.label,
-            **({"note": self.note} if self.note else {}),
-        }
-
-    def draw(self) -> Figure:
-        """Draw the margin of each run over its angle, in steady motion its fate."""
-        from harness.report.figures import BLACK, BLUE, GREEN, axis, label, legend_below, panels
-
-        figure, frame = panels(1, 1, 6.4, 3.9), self.to_frame()
-        (axes,) = figure.axes
-        if self.method == "passage":
-            values, y = frame["margin"], axis("energy over the next crest", "m g d")
-            axes.axhline(0.0, color="0.6", lw=0.8)
-        else:
-            fates = [str(fate) for fate in Fate]
-            values, y = frame["motion"].map(fates.index), "fate of the grain"
-            axes.set_yticks(range(len(fates)), [fate.replace("_", " ") for fate in fates])
-        axes.plot(frame["angle_deg"], values, "o", color=BLUE, mfc="none", label="runs")
-        low, high = self.value - self.uncertainty, self.value + self.uncertainty
-        axes.axvspan(low, high, color=GREEN, alpha=0.25, label="uncertainty")
-        axes.axvline(self.value, color=BLACK, ls="--", lw=1, label="critical angle")
-        label(axes, axis("tilt", "deg"), y, f"{self.output.provenance.label}, {self.method}")
-        legend_below(figure, 3)
-        return figure
 
 
 def _result(runs: Sequence[Run], case: Incline, method: Route, **more: Any) -> CriticalAngle:

@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from harness.cases.incline.angle import critical_angle
 from harness.cases.incline.closed_form import (
     angles_to_compare,
     check_passage,
@@ -12,6 +11,7 @@ from harness.cases.incline.closed_form import (
     rebound,
     theory,
 )
+from harness.cases.incline.search import critical_angle
 from harness.cases.incline.system import Incline
 from harness.engines.reference import Reference
 from harness.errors import RequestError

@@ -8,6 +8,7 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
 from harness.cases.incline import system as incline
+from harness.cases.incline.angle import Fate
 from harness.cases.incline.columns import (
     CASE,
     SOURCE_ANGLES,
@@ -21,7 +22,6 @@ from harness.cases.incline.columns import (
     start_load,
     start_of,
 )
-from harness.cases.incline.runs import Fate
 from harness.cases.tower.impulse import source_angles
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError

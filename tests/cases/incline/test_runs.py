@@ -5,9 +5,9 @@ import pytest
 
 from harness.cases.base import COLUMNS, path_in
 from harness.cases.bench import Bench
+from harness.cases.incline.angle import Fate, read
 from harness.cases.incline.case import CASE
 from harness.cases.incline.columns import Columns, read_run
-from harness.cases.incline.runs import Fate, read
 from harness.cases.incline.system import Incline
 from harness.engines.output import Output, Provenance
 from harness.engines.reference import Reference

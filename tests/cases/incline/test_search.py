@@ -7,16 +7,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.cases.bench import Bench
-from harness.cases.incline.angle import (
-    Ladder,
-    critical_angle,
-    extrapolate,
-    extrapolated_critical_angle,
-)
+from harness.cases.incline.angle import Fate, extrapolate
 from harness.cases.incline.case import CASE
 from harness.cases.incline.closed_form import rigid_angle
-from harness.cases.incline.runs import Fate
-from harness.cases.incline.search import by_passage, by_steady_motion, prepared
+from harness.cases.incline.search import (
+    Ladder,
+    by_passage,
+    by_steady_motion,
+    critical_angle,
+    extrapolated_critical_angle,
+    prepared,
+)
 from harness.cases.incline.system import Incline
 from harness.engines.reference import Reference
 from harness.errors import EngineCrashError, EngineOutputError, RequestError
