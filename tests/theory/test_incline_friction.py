@@ -148,7 +148,7 @@ def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inert
     assert below > closed * (1 + 1e-6)
 
 
-@settings(max_examples=30)
+@settings(max_examples=10)
 @given(HALF_ANGLES, INERTIAS)
 def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
     frictionless = incline.critical_angle_without_loss(half, 0.0)
@@ -167,7 +167,7 @@ def keeps_moving(grain, tilt_deg, wells=600):
     return True
 
 
-@pytest.mark.parametrize(("friction", "lower"), [(0.005, 0.0176), (0.03, 0.0), (0.2, 0.0)])
+@pytest.mark.parametrize(("friction", "lower"), [(0.005, 0.0176), (0.2, 0.0)])
 def test_steady_motion_ends_at_that_angle_or_with_slight_friction_just_below(friction, lower):
     grain = Grain(friction, SPHERE)
     angle = integrated_critical_angle(30.0, grain) - lower

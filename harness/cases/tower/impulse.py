@@ -373,19 +373,13 @@ def peak_force(run: TowerRun) -> float:
     The top of the parabola through the largest sample and its neighbours; the sample itself where
     they do not lie below a maximum.
     """
-    i = int(np.argmax(run.grain_force))
-    peak = float(run.grain_force[i])
-    if not 0 < i < run.time.size - 1:
-        return peak
-    before, after = run.time[i - 1] - run.time[i], run.time[i + 1] - run.time[i]
-    if before == 0 or after == 0:
-        return peak
-    down = (run.grain_force[i - 1] - peak) / before
-    up = (run.grain_force[i + 1] - peak) / after
-    curvature = (up - down) / (after - before)
-    if curvature >= 0:
-        return peak
-    return peak - float((up - curvature * after) ** 2 / (4 * curvature))
+    time, force = run.time, run.grain_force
+    i = int(np.argmax(force))
+    near = slice(i - 1, i + 2)
+    if not 0 < i < time.size - 1 or np.any(np.diff(time[near]) == 0):
+        return float(force[i])
+    bend, slope, _ = np.polyfit(time[near] - time[i], force[near] - force[i], 2)
+    return float(force[i] - slope**2 / (4 * bend) if bend < 0 else force[i])
 
 
 def energy_drift(run: TowerRun) -> float:
