@@ -342,17 +342,17 @@ def _located(
     first: Sequence[Run], measure: Measure, case: Incline, xtol: float
 ) -> tuple[list[Run], float, float]:
     """Return the runs to the root of the margin, the root [deg] and the slope [m g d / deg]."""
-    runs, known = list(first), {run.case.angle: run.margin for run in first}
+    runs, margins = list(first), {run.case.angle: run.margin for run in first}
 
     def margin(angle: float) -> float:
-        if angle in known:
-            return known[angle]
+        if angle in margins:
+            return margins[angle]
         if not 0.0 <= angle <= 30.0:
             raise EngineOutputError(f"no critical angle between 0 and 30 deg (search at {angle:g})")
         runs.extend(measure(at_angles(case, [angle])))
         return runs[-1].margin
 
-    x0, x1 = known
+    x0, x1 = margins
     solution = root_scalar(margin, method="secant", x0=x0, x1=x1, xtol=xtol, maxiter=MOST_SECANTS)
     root = float(solution.root) if solution.converged else _bracketed(margin, runs, xtol)
     # the outermost angles give the slope: there jitter matters least
