@@ -52,6 +52,7 @@ Places = Sequence[int]
 
 LAST_WORDS = 4000  # bytes of a program's output that are kept
 LARGEST_FILE = 1024**3  # bytes that a program may write into a file
+LONGEST_SECONDS = 2e6  # that a run may take: a pipe waits for 31 bits of milliseconds
 FIRST_LOOK, LOOK_SECONDS = 0.05, 0.5  # to the first look at a program, and at most between two
 # signals of a program that did not end itself: its output before gives no reason
 FAULTS = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGKILL})
@@ -76,7 +77,7 @@ class Limits:
 
     def time_for(self, expected: float) -> float:
         """Return the wall time [s] of runs that are expected to take so long [s]."""
-        return max(self.seconds, self.patience * expected)
+        return min(LONGEST_SECONDS, max(self.seconds, self.patience * expected))
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Annotated, Any, get_args, get_type_hints
 
 from harness.engines.base import ContractError, Engine, contract
-from harness.engines.process import Limits
+from harness.engines.process import LONGEST_SECONDS, Limits
 from harness.errors import EngineMissingError, RequestError
 
 ENGINES: dict[str, str] = {  # imported when one is opened: none pays for another's imports
@@ -39,7 +39,6 @@ LOADER_SECONDS = 10.0
 # variables that decide which code runs, and likewise in a program that imports modules
 ENVIRONMENT = ("LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
 OF_PYTHON = (*ENVIRONMENT, "PYTHONPATH", "PYTHONHOME", "PYTHONUSERBASE")
-MOST_LIMIT = 1e7  # [s] that a run may be given
 
 
 # ---- engines by name
@@ -174,7 +173,7 @@ def _read(option: str, text: str, kind: Any) -> Any:
 
     is_limits = Limits in (kind, *get_args(kind))
     if is_limits:
-        kind = Annotated[float, Field(gt=0.0, le=MOST_LIMIT, allow_inf_nan=False)]
+        kind = Annotated[float, Field(gt=0.0, le=LONGEST_SECONDS, allow_inf_nan=False)]
     reader: TypeAdapter[Any] = TypeAdapter(kind, config=ConfigDict(arbitrary_types_allowed=True))
     try:
         value = reader.validate_python(text)

