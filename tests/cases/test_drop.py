@@ -15,7 +15,7 @@ from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, RequestError, Unsupported
 from harness.model.scene import Scene
 from harness.results.rows import Verdict
-from tests.engine_doubles import Twin
+from tests.engine_doubles import Twin, same
 
 
 def verify(engine):
@@ -52,10 +52,11 @@ def law(**changes):
 
 
 def stiffer(factor):
-    def change(scene):
-        return law(normal_stiffness=factor * scene.law.normal_stiffness)(scene)
+    return lambda scene: law(normal_stiffness=factor * scene.law.normal_stiffness)(scene)
 
-    return change
+
+def heavier(factor):
+    return lambda scene: scene.replace(gravity=(0.0, factor * scene.gravity[1], 0.0))
 
 
 def other_mass(scene):
@@ -95,46 +96,37 @@ def interchanged(_, motion):
     return replace(motion, velocity=motion.velocity[:, :, [1, 0, 2]])
 
 
-def share_of(name, factor):
-    return lambda _, motion: replace(motion, **{name: factor * getattr(motion, name)})
+def faster(_, motion):
+    return replace(motion, velocity=1.01 * motion.velocity)
 
 
 HEAD_ON, PATH = "head-on, e = 0.5, attractive, m_eff full", "path_difference"
 REST = "at rest under its weight"
 FAULTS = {  # fault: (engine, setup and quantity of a row that must turn)
-    "no dashpot": ({"change_scene": law(damping_coefficient=0.0)}, (HEAD_ON, "restitution")),
-    "m/2": ({"change_scene": other_mass}, (HEAD_ON, "restitution")),
-    "tail": ({"change_scene": other_tail}, (HEAD_ON, "restitution")),
-    "spring": ({"change_scene": stiffer(2.0)}, (REST, "static_overlap_ratio")),
-    "contact time": (
-        {"change_scene": stiffer(1.02)}, ("contact lasts its time", "contact_time_ratio"),
-    ),
-    "late contact": ({"change_motion": late}, ("contact found within two steps", "onset_steps")),
-    "no contact": ({"change_motion": blind}, ("contact lasts its time", "contact_time_ratio")),
-    "tangential drag": (
-        {"change_motion": dragged}, ("oblique contact", "angular_momentum_ratio"),
-    ),
-    "speed off": ({"change_motion": share_of("velocity", 1.01)},
-                  ("energy of a free fall", "energy_ratio")),
-    "gravity": ({"change_scene": lambda s: s.replace(gravity=(0.0, 1.001 * s.gravity[1], 0.0))},
-                ("free fall", "fall_ratio")),
-    "columns interchanged": ({"change_motion": interchanged}, (HEAD_ON, PATH)),
-    "stiffness off by 1e-6": ({"change_scene": stiffer(1.0 + 1e-6)}, (HEAD_ON, PATH)),
+    "no dashpot": (Twin(law(damping_coefficient=0.0)), HEAD_ON, "restitution"),
+    "m/2": (Twin(other_mass), HEAD_ON, "restitution"),
+    "tail": (Twin(other_tail), HEAD_ON, "restitution"),
+    "spring": (Twin(stiffer(2.0)), REST, "static_overlap_ratio"),
+    "contact time": (Twin(stiffer(1.02)), "contact lasts its time", "contact_time_ratio"),
+    "late contact": (Twin(same, late), "contact found within two steps", "onset_steps"),
+    "no contact": (Twin(same, blind), "contact lasts its time", "contact_time_ratio"),
+    "tangential drag": (Twin(same, dragged), "oblique contact", "angular_momentum_ratio"),
+    "speed off": (Twin(same, faster), "energy of a free fall", "energy_ratio"),
+    "gravity": (Twin(heavier(1.001)), "free fall", "fall_ratio"),
+    "columns interchanged": (Twin(same, interchanged), HEAD_ON, PATH),
+    "stiffness off by 1e-6": (Twin(stiffer(1.0 + 1e-6)), HEAD_ON, PATH),
     "step off by 1e-6": (
-        {"change_scene": lambda s: s.replace(step=(1.0 + 1e-6) * s.step)}, ("free fall", PATH),
+        Twin(lambda s: s.replace(step=(1.0 + 1e-6) * s.step)), "free fall", PATH,
     ),
-    "gravity off by 1e-6": (
-        {"change_scene": lambda s: s.replace(gravity=(0.0, (1.0 + 1e-6) * s.gravity[1], 0.0))},
-        (REST, PATH),
-    ),
+    "gravity off by 1e-6": (Twin(heavier(1.0 + 1e-6)), REST, PATH),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_fault_turns_its_row(fault):
-    engine, (setup, quantity) = FAULTS[fault]
-    turned = {(r.setup, r.quantity) for r in verify(Twin(**engine)) if r.verdict is Verdict.FAIL}
-    assert (setup, quantity) in turned
+    engine, *row = FAULTS[fault]
+    turned = [[r.setup, r.quantity] for r in verify(engine) if r.verdict is Verdict.FAIL]
+    assert row in turned
 
 
 def lost(_, motion):
