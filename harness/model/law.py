@@ -209,19 +209,19 @@ class Law(Parameters):
         if not isinstance(data, dict):
             return data
         fields = cls.model_fields
-        given = {n: value for n, value in data.items() if value is not None or n not in fields}
-        models = {part: given.get(part, fields[part].default) for part in SUBMODELS}
+        values = {n: value for n, value in data.items() if value is not None or n not in fields}
+        models = {part: values.get(part, fields[part].default) for part in SUBMODELS}
         needed = {name for row in _rows(models) for name in row.needs}
-        if "normal_modulus" in given:
+        if "normal_modulus" in values:
             needed -= {*_MATERIAL}
-        k, is_dashpot = given.get("normal_stiffness", 1e6), models["tangential"] == NO_SPRING
+        k, is_dashpot = values.get("normal_stiffness", 1e6), models["tangential"] == NO_SPRING
         defaults = {
             "normal_stiffness": 1e6, "youngs_modulus": 70e9, "poisson_ratio": 0.3,
             "surface_energy": 0.1, "restitution": 0.9, "friction": 0.3,
             "tangential_damping": 1.0 if is_dashpot else 0.0,
             "tangential_stiffness": 2.0 * k / 7.0 if isinstance(k, float | int) else k,
         }  # fmt: skip
-        return {**{n: value for n, value in defaults.items() if n in needed}, **given}
+        return {**{n: value for n, value in defaults.items() if n in needed}, **values}
 
     @model_serializer(mode="wrap")
     def _without_absent_partner(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -351,8 +351,8 @@ class Law(Parameters):
     def of_each(self) -> tuple[Law, Law]:
         """Return the laws of the first and of the second body, each with itself."""
         of_partner = dict.fromkeys((*_PARTNER, *_RETURN, *_GRIP))
-        given = {n: v for n in of_partner if (v := getattr(self, n)) is not None}
-        theirs = {name.removeprefix("partner_"): value for name, value in given.items()}
+        values = {n: v for n in of_partner if (v := getattr(self, n)) is not None}
+        theirs = {name.removeprefix("partner_"): value for name, value in values.items()}
         return self.replace(**of_partner), self.replace(**of_partner, **theirs)
 
     def stiffness(self, radius: float, overlap: float) -> float:

@@ -279,9 +279,16 @@ def _exchange_wrong(
     force: Floats, closed: Flags, tolerance: float, last_only: bool,
 ) -> int:  # fmt: skip
     """Exchange the contacts that pull, or are open and overlap; return how many are wrong."""
-    wrong, last = 0, -1
-    for i in range(overlap.size):
-        slack = diagonal[i] * force[i] if closed[i] else find_gap(i, overlap[i], coupling, force)
+    n, wrong, last = overlap.size, 0, -1
+    for i in range(n):
+        if closed[i]:
+            slack = diagonal[i] * force[i]
+        else:
+            slack = -overlap[i]
+            if i > 0:
+                slack += coupling[i - 1] * force[i - 1]
+            if i < n - 1:
+                slack += coupling[i] * force[i + 1]
         if slack < -tolerance:
             last, wrong = i, wrong + 1
             if not last_only:
@@ -289,17 +296,6 @@ def _exchange_wrong(
     if last_only and wrong:
         closed[last] = not closed[last]
     return wrong
-
-
-@compiled
-def find_gap(i: int, overlap: float, coupling: Floats, force: Floats) -> float:
-    """Return the gap of an open contact [m] beside the forces (n,) [N] of others."""
-    gap = -overlap
-    if i > 0:
-        gap += coupling[i - 1] * force[i - 1]
-    if i < force.size - 1:
-        gap += coupling[i] * force[i + 1]
-    return gap
 
 
 @compiled

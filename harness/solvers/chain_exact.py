@@ -26,7 +26,6 @@ from harness.solvers.chain import (
     Flags,
     Progress,
     factorise,
-    find_gap,
     solve,
     substitute,
 )
@@ -290,7 +289,12 @@ def taylor_series(
             if closed[i]:
                 series[i, order] = chain.diagonal[i] * force[i]
             else:
-                series[i, order] = find_gap(i, overlap[i], chain.coupling, force)
+                gap = -overlap[i]
+                if i > 0:
+                    gap += chain.coupling[i - 1] * force[i - 1]
+                if i < n - 1:
+                    gap += chain.coupling[i] * force[i + 1]
+                series[i, order] = gap
         scale = reach * reach / ((order + 1) * (order + 2))
         for i in range(particles):
             push = force[i - 1] if i > 0 else 0.0
