@@ -390,6 +390,7 @@ def sweep(
             output=folder,
             reference=choice.reference,
             open_engine=opening.qualified,
+            executor=opening.executor,
             check=check,
             progress=opening.progress,
         )

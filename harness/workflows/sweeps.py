@@ -225,7 +225,7 @@ def sweep(  # noqa: PLR0913 - the options of a user
     quantities: str | Iterable[str] = "",
     output: Path | None = None,
     reference: Path | None = None,
-    open_engine: OpenEngine = opened,
+    open_engine: OpenEngine | None = None,
     executor: Executor | None = None,
     check: Callable[[Sweep], None] = lambda _: None,
     progress: Progress = silent,
@@ -235,11 +235,11 @@ def sweep(  # noqa: PLR0913 - the options of a user
     ``case`` is a name, or a file ``*.toml`` with a sweep. ``over`` maps names of parameters, of
     nested ones with a dot, to sequences of values or to text such as ``1e5:1e7:log5``; ``fixed``
     are values of all runs. ``engines`` are engines and solvers of the case. With an ``executor``
-    its workers make the runs, in place of ``open_engine``. ``output`` is a folder for table and
-    figure, where the same sweep goes on, and which no other may have; ``reference`` a table of
-    measured points for the figure. ``check`` is called with the sweep before anything runs, and
-    may raise. A run that fails is a row. Raise RequestError for a name or value that is not
-    allowed; EngineMissingError for an engine that is named and not here.
+    its workers make the runs, but those of engines that ``open_engine`` opens. ``output`` is a
+    folder for table and figure, where the same sweep goes on, and which no other may have;
+    ``reference`` a table of measured points for the figure. ``check`` is called with the sweep
+    before anything runs, and may raise. A run that fails is a row. Raise RequestError for a name or
+    value that is not allowed; EngineMissingError for an engine that is named and not here.
     """
     planned = plan(case, over, fixed, engines, quantities)
     points = None if reference is None else planned.points_in(reference)
@@ -247,7 +247,7 @@ def sweep(  # noqa: PLR0913 - the options of a user
     count = sum(not point.refusal for point in planned.points)
     if output is not None:
         _take_folder(output, planned.request)
-    opening = open_engine if executor is None else partial(opened_on, executor)
+    opening = open_engine or (opened if executor is None else partial(opened_on, executor))
     for engine in planned.engines:
         progress(engine, 0, count)
         try:
