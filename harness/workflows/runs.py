@@ -22,7 +22,7 @@ from harness.report.content import Summarized
 from harness.store.cache import EngineChoice, opened
 from harness.workflows import Progress, silent
 from harness.workflows.executors import opened_on
-from harness.workflows.settings import NONE, flat, point_of, quantity_names
+from harness.workflows.settings import NONE, leaves, point_of, quantity_names
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,7 +120,7 @@ class RunResult(Summarized):
 
     def summary(self) -> dict[str, str]:
         """Return who ran the case with what, and the quantities with their references."""
-        values = ", ".join(f"{name} = {value}" for name, value in flat(self.parameters).items())
+        values = ", ".join(f"{name} = {value}" for name, value in leaves(self.parameters))
         lines = {self.case: f"{self.engine} {self.engine_version}", "parameters": values}
         return lines | {name: str(result) for name, result in self.quantities.items()}
 

@@ -112,7 +112,7 @@ def point_of(case: Case[Any], texts: Mapping[str, str], names: Sequence[str] = (
     base = case.default if preset is None else case.presets[preset]
     others = {name: text for name, text in texts.items() if name not in (PRESET, *options)}
     parameters, chosen = changed(base, others), dict(changed(case.search_options(), options))
-    columns = {**({} if preset is None else {PRESET: preset}), **flat_values(parameters), **chosen}
+    columns = {**({} if preset is None else {PRESET: preset}), **_cells(parameters), **chosen}
     for quantity in searched:
         for name in quantity.varies:
             columns.pop(name, None)
@@ -160,19 +160,15 @@ def _value(kind: type[Parameters], name: str, text: str) -> Any:
     return text
 
 
-def flat_values(values: Parameters, path: str = "") -> dict[str, Any]:
-    """Return all values by name, of nested parameters with a dot; lists and tables as JSON."""
-    cells: dict[str, Any] = {}
-    for name, value in values:
-        if isinstance(value, Parameters):
-            cells |= flat_values(value, f"{path}{name}.")
-        elif value is None or isinstance(value, bool | int | float | str):
-            cells[path + name] = value
+def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of nested parameters or tables, with dots in their names."""
+    if not isinstance(tree, Mapping | Parameters):
+        raise ValueError("must be a table")
+    for name, value in tree.items() if isinstance(tree, Mapping) else tree:
+        if isinstance(value, Mapping | Parameters):
+            yield from leaves(value, f"{path}{name}.")
         else:
-            cells[path + name] = json.dumps(
-                value, default=lambda part: part.model_dump(mode="json")
-            )
-    return cells
+            yield path + name, value
 
 
 def as_text(values: Any) -> str:
@@ -181,22 +177,26 @@ def as_text(values: Any) -> str:
     return ",".join(NONE if value is None else str(value) for value in many)
 
 
-def flat(tree: Any, path: str = "") -> dict[str, str]:
-    """Return the values of nested tables as text, with dots in their names."""
-    if not isinstance(tree, Mapping):
-        raise ValueError("must be a table")
-    values: dict[str, str] = {}
-    for name, value in tree.items():
-        inner = isinstance(value, Mapping)
-        values |= flat(value, f"{path}{name}.") if inner else {path + name: as_text(value)}
-    return values
+def _texts(tree: Any) -> dict[str, str]:
+    return {name: as_text(value) for name, value in leaves(tree)}
+
+
+def _cells(values: Parameters) -> dict[str, Any]:
+    """Return all values by name; lists as JSON text."""
+
+    def cell(value: Any) -> Any:
+        if value is None or isinstance(value, bool | int | float | str):
+            return value
+        return json.dumps(value, default=lambda part: part.model_dump(mode="json"))
+
+    return {name: cell(value) for name, value in leaves(values)}
 
 
 # ---- the points of a sweep
 
 
 def _grids(value: Any) -> tuple[dict[str, str], ...]:
-    return tuple(map(flat, value if isinstance(value, list | tuple) else [value]))
+    return tuple(map(_texts, value if isinstance(value, list | tuple) else [value]))
 
 
 class SweepRequest(Parameters):
@@ -206,7 +206,7 @@ class SweepRequest(Parameters):
     case: str = Field(description="[-] name of a case")
     over: Annotated[tuple[dict[str, str], ...], BeforeValidator(_grids)] = Field(
         (), description="[-] values by parameter, all combinations; of several tables in turn")
-    set: Annotated[dict[str, str], BeforeValidator(flat)] = Field(
+    set: Annotated[dict[str, str], BeforeValidator(_texts)] = Field(
         {}, description="[-] parameters that are the same in every run")
     engines: Annotated[str, BeforeValidator(as_text)] = Field(
         "", description="[-] engines and solvers of the case")
@@ -298,7 +298,7 @@ def _swept_point(
     try:
         return replace(point_of(case, texts, names), swept=swept)
     except CombinationError as error:
-        columns = dict.fromkeys(flat_values(case.default)) | {n: _cell(t) for n, t in texts.items()}
+        columns = dict.fromkeys(_cells(case.default)) | {n: _number(t) for n, t in texts.items()}
         return Point(None, {}, columns, swept, refusal=str(error).removeprefix("--set "))
     except RequestError as error:
         text = str(error).removeprefix("--set ")
@@ -307,7 +307,7 @@ def _swept_point(
         raise RequestError(f"--over {_text(swept)}: {text}") from None
 
 
-def _cell(text: str) -> float | str:
+def _number(text: str) -> float | str:
     try:
         return float(text)
     except ValueError:
