@@ -20,6 +20,7 @@ from harness.model.allowed import allowed_in
 from harness.model.base import Parameters, unit
 from harness.workflows import Progress, silent
 from harness.workflows.runs import takes_job
+from harness.workflows.settings import leaves
 
 Record = dict[str, Any]
 UNKNOWN = Traits("", (), "")  # of an engine whose class cannot be imported
@@ -147,16 +148,18 @@ def _case(case: Case[Any]) -> Record:
 
 
 def _details(case: Case[Any]) -> Record:
-    defaults = {name: r["default"] for name, r in parameter_records(case.default).items()}
-    presets = {}
-    for name, preset in case.presets.items():
-        values = {n: r["default"] for n, r in parameter_records(preset).items() if n in defaults}
-        changes = {n: value for n, value in values.items() if value != defaults[n]}
-        presets[name] = {"source": case.sources.get(name, ""), "values": changes}
+    defaults = dict(leaves(case.default))
+    changes = {
+        name: {n: v for n, v in leaves(preset) if n in defaults and v != defaults[n]}
+        for name, preset in case.presets.items()
+    }
     refusals = {name: _refusal(name, case) for name in engine_names()}
     return {
         "meanings": {quantity.name: quantity.meaning for quantity in case.quantities},
-        "preset_details": presets,
+        "preset_details": {
+            name: {"source": case.sources.get(name, ""), "values": values}
+            for name, values in changes.items()
+        },
         "derived_parameters": parameter_records(case.search_options()),
         "refused_by": {name: reason for name, reason in refusals.items() if reason},
     }
