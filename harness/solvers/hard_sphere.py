@@ -4,6 +4,11 @@ In units of diameter, gravity and mass. The row's spheres have their centres at 
 centre stays at a distance of 1 or more from each. Gravity is (sin theta, -cos theta). On a sphere
 the grain stands at an angle beta from the vertical, positive ahead, where its potential energy over
 the centre is cos beta. Hops die out into sliding, sliding ends in a shock.
+
+The grain comes over a crest at rest and slides into the well, as in the passage of a DEM. Critical
+is the smallest angle at which it passes the next crest, once its hops in the well have died out. Up
+to a restitution of 0.7 that is also the smallest angle of steady motion, from whatever start;
+above, the grain is in flight at the crest, and fates of different starts differ.
 """
 
 from __future__ import annotations
@@ -23,6 +28,60 @@ TOUCHING = 1e-13  # gap of a contact, to rounding
 WELL = math.pi / 6.0  # from the row's normal, at which the grain touches two spheres
 # how sliding ends: the normal force vanishes, another sphere is met, the grain comes to rest
 LEAVES, SHOCK, TURNS = 0, 1, 2
+# [sqrt(g d)] of a rebound from which on the hops add up to sliding: they take a time of
+# 2 v / (N (1 - e)) in all, in which the grain moves along the sphere as if it slid, to order v^2
+COLLAPSED = 1e-8
+MOST_EVENTS = 1_000_000
+MOVES_ON, TRAPPED, UNDECIDED = 1, 0, -1
+MOST_RESTITUTION, WINDOW, SCAN, RESOLUTION_DEG = 0.7, (5.0, 15.0), 41, 1e-10
+
+
+@cache
+def critical_angle(restitution: float) -> float:
+    """Return the critical angle [deg] of rigid spheres.
+
+    Raise RequestError for a restitution outside 0 to 0.7.
+    """
+    if not 0.0 <= restitution <= MOST_RESTITUTION:
+        raise RequestError(
+            f"restitution = {restitution!r}: must be from 0 to {MOST_RESTITUTION:g}, above which "
+            "the grain of rigid spheres flies over the crest"
+        )
+    return first_moving(lambda angle: passage(angle, restitution)[0])
+
+
+@cache
+def hops_end(restitution: float) -> float:
+    """Return how far before the next crest [deg] the hops die out at the critical angle.
+
+    Raise RequestError for a restitution outside 0 to 0.7.
+    """
+    return -math.degrees(passage(critical_angle(restitution), restitution)[4])
+
+
+def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool, float]:
+    """Return what becomes of a grain that came over the last crest at rest.
+
+    Its fate, the energy above that of rest on the next crest [m g d], the collisions, whether it
+    slid at the end, and the angle ahead of the crest [rad] at which its hops died out, as
+    :func:`harness.solvers.hard_sphere.follow` returns them.
+    """
+    theta = math.radians(angle_deg)
+    speed = math.sqrt(2.0 * (1.0 - math.cos(WELL + theta)))
+    vx, vy = speed * math.cos(WELL), -speed * math.sin(WELL)
+    return follow(math.sin(WELL), math.cos(WELL), vx, vy, theta, restitution, 1, True)
+
+
+def first_moving(fate: Callable[[float], int]) -> float:
+    """Return the lowest angle [deg] from which on a grain moves, trapped just below it."""
+    angles = np.linspace(*WINDOW, SCAN)
+    moves = [fate(angle) == MOVES_ON for angle in angles]
+    first = moves.index(True)
+    low, high = float(angles[first - 1]), float(angles[first])
+    while high - low > RESOLUTION_DEG:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if fate(middle) == MOVES_ON else (middle, high)
+    return 0.5 * (low + high)
 
 
 # ---- flight, collision and sliding
@@ -39,8 +98,7 @@ def flight(x: float, y: float, vx: float, vy: float, theta: float, last: int) ->
     turn = min(max(-vx / along, 0.0), longest) if along > 0.0 else 0.0
     far = max(x, x + vx * longest + 0.5 * along * longest**2)
     near = min(x, x + vx * turn + 0.5 * along * turn**2)
-    first, target = math.inf, last
-    h = longest
+    first, target, h = math.inf, last, longest  # times of the gap are in shares of the longest
     for sphere in range(math.floor(near) - 1, math.ceil(far) + 2):
         rx, ry = x - sphere, y
         gap = np.array([
@@ -74,13 +132,6 @@ def slide(energy: float, beta: float, forward: bool, theta: float) -> tuple[floa
     if leaves < well:
         return side * max(leaves, beta), LEAVES
     return side * well, SHOCK
-
-
-# [sqrt(g d)] of a rebound from which on the hops add up to sliding: they take a time of
-# 2 v / (N (1 - e)) in all, in which the grain moves along the sphere as if it slid, to order v^2
-COLLAPSED = 1e-8
-MOST_EVENTS = 1_000_000
-MOVES_ON, TRAPPED, UNDECIDED = 1, 0, -1
 
 
 @compiled
@@ -138,62 +189,3 @@ def follow(
         x, y = sphere + math.sin(phi), math.cos(phi)
         vx, vy, last = speed * math.cos(phi), -speed * math.sin(phi), sphere
     return UNDECIDED, 0.0, hits, False, settled
-
-
-MOST_RESTITUTION, WINDOW, SCAN, RESOLUTION_DEG = 0.7, (5.0, 15.0), 41, 1e-10
-
-
-# ---- the critical angle
-#
-# The grain comes over a crest at rest and slides into the well, as in the passage of a DEM: the
-# smallest angle at which it passes the next crest, once its hops in the well have died out. Up to
-# a restitution of 0.7 that is also the smallest angle of steady motion, from whatever start;
-# above, the grain is in flight at the crest, and fates of different starts differ.
-
-
-def passage(angle_deg: float, restitution: float) -> tuple[int, float, int, bool, float]:
-    """Return what becomes of a grain that came over the last crest at rest.
-
-    Its fate, the energy above that of rest on the next crest [m g d], the collisions, whether it
-    slid at the end, and the angle ahead of the crest [rad] at which its hops died out, as
-    :func:`harness.solvers.hard_sphere.follow` returns them.
-    """
-    theta = math.radians(angle_deg)
-    speed = math.sqrt(2.0 * (1.0 - math.cos(WELL + theta)))
-    vx, vy = speed * math.cos(WELL), -speed * math.sin(WELL)
-    return follow(math.sin(WELL), math.cos(WELL), vx, vy, theta, restitution, 1, True)
-
-
-@cache
-def critical_angle(restitution: float) -> float:
-    """Return the critical angle [deg] of rigid spheres.
-
-    Raise RequestError for a restitution outside 0 to 0.7.
-    """
-    if not 0.0 <= restitution <= MOST_RESTITUTION:
-        raise RequestError(
-            f"restitution = {restitution!r}: must be from 0 to {MOST_RESTITUTION:g}, above which "
-            "the grain of rigid spheres flies over the crest"
-        )
-    return first_moving(lambda angle: passage(angle, restitution)[0])
-
-
-@cache
-def hops_end(restitution: float) -> float:
-    """Return how far before the next crest [deg] the hops die out at the critical angle.
-
-    Raise RequestError for a restitution outside 0 to 0.7.
-    """
-    return -math.degrees(passage(critical_angle(restitution), restitution)[4])
-
-
-def first_moving(fate: Callable[[float], int]) -> float:
-    """Return the lowest angle [deg] from which on a grain moves, trapped just below it."""
-    angles = np.linspace(*WINDOW, SCAN)
-    moves = [fate(angle) == MOVES_ON for angle in angles]
-    first = moves.index(True)
-    low, high = float(angles[first - 1]), float(angles[first])
-    while high - low > RESOLUTION_DEG:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if fate(middle) == MOVES_ON else (middle, high)
-    return 0.5 * (low + high)
