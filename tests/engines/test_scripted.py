@@ -6,16 +6,12 @@ from typing import ClassVar
 import pytest
 
 from harness.cases.registry import get_case, homes
-from harness.engines.base import Job, Template, Traits, scene_job
+from harness.engines.base import Job, Template, Traits
 from harness.engines.output import Output, Provenance
 from harness.engines.process import Limits
 from harness.engines.registry import ENGINES, engine_class
-from harness.engines.scenes import motion_in
 from harness.engines.scripts import ScriptedEngine
 from harness.errors import EngineError, RequestError
-from harness.model.conventions import Rules
-from harness.solvers import reference
-from tests.solvers.reference.scenes import on_row
 
 SCRIPT = """# {{ name }}, made by dem-harness {{ version }}: {{ variant }} {{ note }}
 import json, sys
@@ -120,15 +116,6 @@ def test_a_value_that_the_script_has_no_variable_for_is_refused_first(toy, more,
     with pytest.raises(RequestError, match=r"^engine 'toy' cannot run 'ball': "):
         toy.run([job(), wanted])
     assert toy.logs() == {}
-
-
-def test_scripts_and_scenes_keep_the_order_of_jobs(toy, monkeypatch):
-    scene = on_row(steps=10)
-    monkeypatch.setattr(toy, "rules", lambda _: Rules())
-    monkeypatch.setattr(toy, "motions", lambda jobs: [reference.run(job.scene) for job in jobs])
-    first, middle, last = toy.run([job(3.0), scene_job(scene), job(2.0)])
-    assert (first.number("size"), last.number("size")) == (3.0, 2.0)
-    assert len(motion_in(middle, scene)) == 2
 
 
 def test_variants_are_scripts_of_their_own_or_values_of_the_main_one(toy):
