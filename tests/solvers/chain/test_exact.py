@@ -86,12 +86,6 @@ def test_a_tower_at_rest_stays_at_rest(law, height):
     assert found.grain_force == pytest.approx(9.81)
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_a_preloaded_start_bears_its_weight(law):
-    found = run(Tower(height=5, law=law, start="preloaded"), 0.02)
-    assert found.forces[0] == pytest.approx(9.81 * np.arange(5), abs=1e-9)
-
-
 def test_a_gapped_start_is_two_collisions():
     """The grain stops, then the middle particle comes back."""
     case = Tower(height=2, gravity=0.0, start="gapped", gap=5e-3)

@@ -1,4 +1,4 @@
-"""The schemes beside velocity Verlet, neighbours by index, and long rows and columns."""
+"""The schemes beside velocity Verlet, against recorded runs of MFiX, and orders of convergence."""
 
 import math
 from pathlib import Path
@@ -14,7 +14,6 @@ from tests.solvers.reference.scenes import DAMPED, HOOKE, MASS, G, R, impact, on
 
 RECORDED = Path(__file__).parent / "recorded"
 MFIX = Rules(scheme="mfix_euler", frozen_mass="own", least_overlap=1e-15)
-EULER, BASHFORTH = Rules(scheme="mfix_euler"), Rules(scheme="mfix_adams_bashforth")
 
 
 def recorded(name):
@@ -130,34 +129,6 @@ def test_recorded_tower(height, factor, every):
     force = -reference.run(scene, MFIX).force[:, 0, 0]
     expected = table[f"F_top_N{height}"]
     assert force == pytest.approx(expected, abs=2e-5 * expected.max())
-
-
-def by_hand(steps, step, bashforth, k=1e5, eta=2.0):
-    """Return heights and speeds of a sphere on the floor, by MFiX's formulas in plain Python."""
-
-    def acceleration(z, v):
-        return -G + (max(k * (R - z), 0.0) - eta * v * (z < R)) / MASS
-
-    z, v = R - 1e-5, -0.3
-    before, path = acceleration(z, v), [(z, v)]
-    for _ in range(steps):
-        a = acceleration(z, v)
-        after = v + 0.5 * step * (3 * a - before) if bashforth else v + step * a
-        z += 0.5 * step * (v + after) if bashforth else step * after
-        v, before = after, a
-        path.append((z, v))
-    return np.array(path)
-
-
-@pytest.mark.parametrize("rules", [EULER, BASHFORTH])
-def test_mfix_schemes_by_hand(rules):
-    body = Body(radius=R, mass=MASS, position=(0.0, 0.0, R - 1e-5), velocity=(0.0, 0.0, -0.3))
-    scene = Scene(bodies=(body,), walls=(Wall(),), law=HOOKE.replace(**DAMPED), step=2e-5,
-                  steps=400, gravity=(0.0, 0.0, -G))  # fmt: skip
-    motion = reference.run(scene, rules)
-    path = by_hand(400, 2e-5, bashforth=rules is BASHFORTH)
-    assert motion.position[:, 0, 2] == pytest.approx(path[:, 0], abs=1e-15)
-    assert motion.velocity[:, 0, 2] == pytest.approx(path[:, 1], rel=1e-11, abs=1e-12)
 
 
 @pytest.mark.parametrize(
