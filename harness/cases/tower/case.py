@@ -32,6 +32,7 @@ from harness.cases.tower.impulse import (
     impulse_until,
     peak_force,
     source_angles,
+    touch_time,
     turnaround,
     window_end,
 )
@@ -182,8 +183,9 @@ def _setup(parameters: TowerParameters) -> Setup:
 
 def _duration(parameters: TowerParameters) -> float:
     """Return how long a run must be to cover the duration and the turnaround window [t0]."""
-    end = window_end(_exact(parameters), "turnaround") / parameters.contact_time
-    return parameters.duration if end < parameters.duration else end * MARGIN
+    exact, t0 = _exact(parameters), parameters.contact_time
+    needed = max(window_end(exact, "turnaround") / t0, touch_time(exact) / t0 + SEARCH)
+    return parameters.duration if needed <= parameters.duration else needed * MARGIN
 
 
 @cache

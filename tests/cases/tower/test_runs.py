@@ -51,6 +51,8 @@ def test_a_run_is_as_long_as_the_window_of_its_impulse():
     sinking = TowerParameters(height=12, speed=9.81 / 300)
     assert CASE.job(sinking).values["duration"] > 3.0
     assert CASE.job(TowerParameters()).values["duration"] == 3.0
+    late = TowerParameters(start="gapped", gap=1e-2)
+    assert CASE.solve(late, "rk4")["impulse_Ns"] == pytest.approx(CASE.exact(late)["impulse_Ns"])
 
 
 @pytest.mark.parametrize("start", ["touching", "preloaded", "gapped"])
