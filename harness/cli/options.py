@@ -164,7 +164,7 @@ class ProgramOptions:
 
         check_options(self.programs(), engine_settings(self.engine_option or ()), names, option)
         for engine in OWN_OPTIONS:
-            for word, value in self._own(engine).values():
+            for word, value in self._words_of(engine).values():
                 if engine not in names:
                     raise RequestError(f"{word} {value!r}: goes with {option} {engine} only")
 
@@ -172,15 +172,15 @@ class ProgramOptions:
         """Return what opens an engine. Raise RequestError for an option that it does not take."""
         from harness.engines.registry import chosen_options, engine_settings
 
-        own = self._own(name)
+        words = self._words_of(name)
         options = {
             **engine_settings(self.engine_option or ()).get(name, {}),
-            **{key: value for key, (_, value) in own.items()},
+            **{key: value for key, (_, value) in words.items()},
             "program": self.programs().get(name),
         }
-        return chosen_options(name, options, {key: word for key, (word, _) in own.items()})
+        return chosen_options(name, options, {key: word for key, (word, _) in words.items()})
 
-    def _own(self, engine: str) -> dict[str, tuple[str, str]]:
+    def _words_of(self, engine: str) -> dict[str, tuple[str, str]]:
         """Return the word and value of each of an engine's own options that is given."""
         words = OWN_OPTIONS.get(engine, {})
         values = {key: getattr(self, word.removeprefix("--")) for key, word in words.items()}
@@ -241,13 +241,13 @@ class Opener:
         return {"engine_runs": ran, "engine_runs_from_cache": read} if self.engines else {}
 
     def answer(
-        self, record: Mapping[str, Any], json: bool, shown: Mapping[str, Any] | None = None
+        self, record: Mapping[str, Any], json: bool, text: Mapping[str, Any] | None = None
     ) -> int:
         """Print the record of an engine; return 0, or 3, with the reason, if it did not qualify."""
         record = dict(record)
         for reason in self.failures.values():
             record |= {"qualified": not reason, "qualification_failures": reason}
-        show({**record, **self.runs()}, json, shown)
+        show({**record, **self.runs()}, json, text)
         for name, reason in self.failures.items():
             if reason:
                 tell(f"engine {name!r} did not qualify, its result is not to be used: {reason}")

@@ -32,21 +32,21 @@ def tell(note: str) -> None:
     print(f"dem-harness: {one_line(note)}", file=sys.stderr)
 
 
-def show(record: Mapping[str, Any], as_json: bool, shown: Mapping[str, Any] | None = None) -> int:
+def show(record: Mapping[str, Any], as_json: bool, text: Mapping[str, Any] | None = None) -> int:
     """Print a record as one strict JSON object, or a line for each value; return its status.
 
-    ``shown`` is printed in place of the record where it is no JSON. A mapping in it is a table: of
+    ``text`` is printed in place of the record where it is no JSON. A mapping in it is a table: of
     values, or of mappings with the same keys; a list of mappings is in JSON alone.
     """
     if as_json:
         print(json.dumps(_plain(record), indent=2))
         return int(record.get("status", 0))
-    for name, value in (record if shown is None else shown).items():
+    for name, value in (record if text is None else text).items():
         if isinstance(value, Mapping) and value:
             print(f"\n{name.replace('_', ' ')}")
             print_columns(_lines(value))
-        elif text := _cell(value):
-            print_wrapped(f"{name}: {text}")
+        elif cell := _cell(value):
+            print_wrapped(f"{name}: {cell}")
     return int(record.get("status", 0))
 
 

@@ -127,8 +127,8 @@ def defect(name: str | None = None, /, *, json: Json = False) -> int:
     if name is None and not json:
         print_columns([(r["name"], f"{r['since']} to {r['until']}", r["cause"]) for r in records])
         return 0
-    shown = {key: text for key, text in records[0].items() if key != "script"}
-    show({"defects": records}, json, shown)
+    text = {key: value for key, value in records[0].items() if key != "script"}
+    show({"defects": records}, json, text)
     print("" if json else f"\n{records[0].get('script', '')}", end="")
     return 0
 

@@ -166,15 +166,15 @@ class AngleOptions(SpringOptions, GrainOptions):
         from harness.cases.incline.system import Incline
         from harness.model.law import CONTACTS
 
-        given = {name: value for name, value in vars(self).items() if value is not None}
-        damping = [name for name in ("restitution", "damping_ratio") if name in given]
+        values = {name: value for name, value in vars(self).items() if value is not None}
+        damping = [name for name in ("restitution", "damping_ratio") if name in values]
         usual = "plastic" if self.extrapolate and not damping else "source"
-        changes = {name: given.get(name) for name in ("restitution", "damping_ratio") if damping}
-        changes |= {"tail": "clipped" if self.clip else "attractive"} if "clip" in given else {}
+        changes = {name: values.get(name) for name in ("restitution", "damping_ratio") if damping}
+        changes |= {"tail": "clipped" if self.clip else "attractive"} if "clip" in values else {}
         changes |= {"effective_mass": "half"} if self.half_mass else {}
         contact = CONTACTS[self.contact or usual]
         contact = contact.replace(**changes, name="custom") if changes else contact
-        fields = {n: value for n, value in given.items() if n in Incline.model_fields}
+        fields = {n: value for n, value in values.items() if n in Incline.model_fields}
         return Incline(**fields | {"contact": contact})
 
 
@@ -256,9 +256,9 @@ def tower(
     from harness.workflows import tower as run_tower
 
     check_target(choice.series, "--series")
-    given = vars(choice)
-    case = Tower(**{name: value for name, value in given.items() if name in Tower.model_fields})
-    timing = {name: given[name] for name in ("duration", "steps_per_contact")}
+    values = vars(choice)
+    case = Tower(**{name: value for name, value in values.items() if name in Tower.model_fields})
+    timing = {name: values[name] for name in ("duration", "steps_per_contact")}
     longest = {**dict(case), **timing, "duration": max(choice.duration, 3.0)}
     _check(choice.solver, engines, "--solver", choice.force, ("tower", longest, 1))
     with opener(engines, "tower", json) as opening, _runner(choice.solver, opening) as runner:

@@ -308,6 +308,6 @@ def _limits(x: Floats, y: Floats, radius: Floats, walls: Floats) -> tuple[Range,
         np.concatenate([(c - radius).ravel(), (c + radius).ravel(), walls[..., n].ravel()])
         for n, c in enumerate((x, y))
     ]
-    (left, right), (low, high) = [(float(np.nanmin(e)), float(np.nanmax(e))) for e in edges]
-    margin = MARGIN * max(right - left, high - low)
-    return (left - margin, right + margin), (low - margin, high + margin)
+    (first, last), (low, high) = [(float(np.nanmin(e)), float(np.nanmax(e))) for e in edges]
+    margin = MARGIN * max(last - first, high - low)
+    return (first - margin, last + margin), (low - margin, high + margin)

@@ -287,7 +287,7 @@ def compared_releases(
 
     verdicts = cells(rows)
     holding = verdicts.isin([str(verdict) for verdict in HOLDING]).all(axis="columns")
-    failing, known = verdicts[~holding].reset_index(), defect_counts(rows)
+    failing, defects_found = verdicts[~holding].reset_index(), defect_counts(rows)
     died = any(run.status == 3 for run in runs.values())
     status = 3 if died else int(len(moved) > 0 or (frame["verdict"] == Verdict.FAIL).any())
     facts: dict[str, Any] = {
@@ -300,7 +300,7 @@ def compared_releases(
              "headline": run.headline, "counts": dict(Counter(words[frame["run"] == name]))}
             for name, run in runs.items()
         ],
-        "known_defects": known.T.to_dict(),
+        "known_defects": defects_found.T.to_dict(),
         "cells": json_records(failing),
     }  # fmt: skip
     lines = {
@@ -311,7 +311,7 @@ def compared_releases(
     if output is not None:
         tables = {
             "Setups that do not hold in every release": failing,
-            "Known defects, by the number of setups": known.reset_index(),
+            "Known defects, by the number of setups": defects_found.reset_index(),
             "Values that moved": moved[MOVED_COLUMNS].reset_index(drop=True),
         }
         _write(output, compared, tables)

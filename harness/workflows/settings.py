@@ -107,8 +107,8 @@ def point_of(case: Case[Any], texts: Mapping[str, str], names: Sequence[str] = (
         raise RequestError(f"--set {next(iter(options))}: {goes}")
     preset = texts.get(PRESET)
     if preset is not None and preset not in case.presets:
-        known = ", ".join(case.presets)
-        raise RequestError(f"--set preset={preset}: case {case.name!r} has the presets {known}")
+        presets = ", ".join(case.presets)
+        raise RequestError(f"--set preset={preset}: case {case.name!r} has the presets {presets}")
     base = case.default if preset is None else case.presets[preset]
     others = {name: text for name, text in texts.items() if name not in (PRESET, *options)}
     parameters, chosen = changed(base, others), dict(changed(case.search_options(), options))
