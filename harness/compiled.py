@@ -54,7 +54,7 @@ def jit(function: Function, **options: Any) -> Function:
             kernel = numba.njit(**options)(function)
         finally:
             config.CACHE_DIR = chosen
-    return cast(Function, kernel)
+    return cast(Function, _surviving_a_full_disk(kernel))
 
 
 def shielded(kernel: Callable[..., Result], *arguments: Any) -> Result:
@@ -98,6 +98,25 @@ def _is_private(place: Path, folder: Path) -> bool:
         _note(f"kernels in {folder} are not used, {reason}: remove it, or name another place in "
               "DEM_HARNESS_HOME; until then they are compiled in each run")  # fmt: skip
     return not reason
+
+
+def _surviving_a_full_disk(dispatcher: Any) -> Any:
+    """Return a kernel whose machine code is kept where there is room for it."""
+    keeper = getattr(dispatcher, "_cache", None)  # numba has no public name for it
+    if keeper is None:
+        return dispatcher
+    save = keeper.save_overload
+
+    def save_or_note(*arguments: Any) -> None:
+        try:
+            save(*arguments)
+        except OSError as error:
+            reason = error.strerror or error
+            _note(f"cache of kernels {keeper.cache_path} cannot be written ({reason}); "
+                  "kernels are compiled anew")  # fmt: skip
+
+    keeper.save_overload = save_or_note
+    return dispatcher
 
 
 @cache  # a note is printed once

@@ -1,11 +1,13 @@
 """Where numba keeps compiled kernels: in the cache folder, or where the user says."""
 
+import errno
 import os
 import pickle
 import subprocess
 import sys
 from pathlib import Path
 
+from harness.compiled import jit
 from harness.files import VARIABLE
 
 PROJECT = Path(__file__).parents[1]
@@ -41,6 +43,18 @@ def test_a_kernel_is_kept_where_the_user_says(tmp_path):
     assert all(path.is_relative_to(tmp_path / "mine") for path in kept)
     # other users of numba in the same process keep their own place
     assert run.stdout.strip() == repr(str(tmp_path / "mine"))
+
+
+def test_a_full_disk_costs_a_line_and_no_run(monkeypatch, capsys, tmp_path):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
+    kernels = [jit(lambda x: 2.0 * x), jit(lambda x: 3.0 * x)]
+    assert [kernel(2.0) for kernel in kernels] == [4.0, 6.0]
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "No space left on device" in line
 
 
 PART = "from harness.compiled import jit\n@jit\ndef part(x):\n    return {factor} * x\n"

@@ -105,8 +105,11 @@ def fingerprint_of(name: str, options: Mapping[str, Any]) -> Mapping[str, Any] |
 
 @cache
 def _plugins() -> dict[str, EntryPoint]:
-    """Return the engines of other packages by name; those of this package keep their names."""
-    points = {point.name: point for point in entry_points(group=GROUP)}
+    """Return the engines of other packages by name, the first of a name.
+
+    Those of this package keep their names.
+    """
+    points = {point.name: point for point in reversed(list(entry_points(group=GROUP)))}
     return {name: point for name, point in points.items() if name not in ENGINES}
 
 

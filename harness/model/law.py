@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
@@ -215,11 +216,13 @@ class Law(Parameters):
         if "normal_modulus" in values:
             needed -= {*_MATERIAL}
         k, is_dashpot = values.get("normal_stiffness", 1e6), models["tangential"] == NO_SPRING
+        with suppress(TypeError, ValueError):  # of a stiffness that is refused by its name
+            k = 2.0 * float(k) / 7.0
         defaults = {
             "normal_stiffness": 1e6, "youngs_modulus": 70e9, "poisson_ratio": 0.3,
             "surface_energy": 0.1, "restitution": 0.9, "friction": 0.3,
             "tangential_damping": 1.0 if is_dashpot else 0.0,
-            "tangential_stiffness": 2.0 * k / 7.0 if isinstance(k, float | int) else k,
+            "tangential_stiffness": k,
         }  # fmt: skip
         return {**{n: value for n, value in defaults.items() if n in needed}, **values}
 
@@ -259,7 +262,8 @@ class Law(Parameters):
                 self.normal not in allowed,
             f"tangential = {NO_SPRING!r}: needs a damping, it is a dashpot":
                 self.tangential == NO_SPRING and self.damping == "none",
-            f"tangential = {self.tangential!r}: needs a material, or tangential_modulus of hertz":
+            f"tangential = {self.tangential!r}: needs a material (normal = hertz, dmt, jkr or "
+            "mdr with youngs_modulus) or tangential_modulus beside normal = hertz":
                 mindlin and (self.normal == "hooke" or not has_modulus),
             "twisting = 'marshall': needs a tangential spring (linear_history, mindlin, ...)":
                 self.twisting == "marshall" and not self.has_spring,

@@ -90,10 +90,12 @@ class Wall(Parameters):
         if (self.radius is None) != is_plane:
             must = "must be given" if self.radius is None else "must not be given"
             raise ValueError(f"radius = {self.radius!r} m: {must} with shape = {self.shape!r}")
-        if is_plane and (self.hollow or self.spin != ZERO):
-            raise ValueError(
-                f"hollow = {self.hollow!r}, spin = {self.spin!r}: must not be given for a plane"
-            )
+        for name in ("hollow", "spin"):
+            value = getattr(self, name)
+            if is_plane and value not in (False, ZERO):
+                raise ValueError(
+                    f"{name} = {value!r}: must not be given for a plane (surface_velocity is)"
+                )
         return self
 
 

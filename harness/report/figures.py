@@ -51,6 +51,7 @@ FONTS = ("DejaVu Sans", "Verdana")  # the second is as wide, where the first is 
 LOOK: Mapping[Any, Any] = {
     "figure.dpi": 110,
     "savefig.dpi": 150,
+    "figure.constrained_layout.use": True,
     "font.size": 10.5,
     "font.sans-serif": list(FONTS),
     "axes.titlesize": 11,
@@ -152,7 +153,7 @@ def _lay_out(figure: mpl_figure.Figure) -> None:
     FigureCanvasSVG(figure)
     if (layout := figure.get_layout_engine()) is not None:
         layout.execute(figure)
-        figure.set_layout_engine(None)
+        figure.set_layout_engine("none")  # None is the engine of the house style
 
 
 def _file(figure: mpl_figure.Figure, kind: str, varying_key: str) -> bytes:

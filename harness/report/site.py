@@ -244,7 +244,7 @@ def _boards(rows: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
 def _defects_html(pages: _Pages, rows: pd.DataFrame) -> str:
     """Return the text of the page of known defects: causes, releases, and scripts as files."""
     file = pages.root / "inputs" / "known-defects.toml"
-    defects = tomllib.loads(file.read_text("utf-8"))["defect"] if file.is_file() else {}
+    defects = tomllib.loads(file.read_text("utf-8")).get("defect", {}) if file.is_file() else {}
     numbers = rows[rows["verdict"] == Verdict.KNOWN_DEFECT].groupby(["version", "defect"]).size()
     versions = sorted(numbers.index.unique("version"), key=release_of)
     lines, details = [], []

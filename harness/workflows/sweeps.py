@@ -263,8 +263,11 @@ def sweep(  # noqa: PLR0913 - the options of a user
         files: dict[tuple[str, Path], Writer] = {
             ("--output", output / ROWS): partial(planned.to_frame().to_csv, index=False)
         }
-        if (figure := planned.figure(points)) is not None:
-            for name in ("figure.svg", "figure.png"):
+        figure = planned.figure(points)
+        for name in ("figure.svg", "figure.png"):
+            if figure is None:
+                (output / name).unlink(missing_ok=True)  # of runs that were made before
+            else:
                 files["--output", output / name] = figure_writer(lambda: figure)
         write_files(files)
     return planned

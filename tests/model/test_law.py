@@ -26,6 +26,7 @@ HERTZ = Law(normal="hertz", youngs_modulus=1e8, poisson_ratio=0.3)
 def test_defaults_of_the_submodels_that_are_there():
     law = Law(tangential="linear_history", normal_stiffness=7.0)
     assert law.tangential_stiffness == 2.0
+    assert Law(tangential="linear_history", normal_stiffness="7.0") == law
     assert (law.friction, law.tangential_damping) == (0.3, 0.0)
     assert law.youngs_modulus is None
     assert Law(damping="tsuji", normal="hertz").restitution == 0.9
