@@ -87,8 +87,9 @@ class Drop(EqualSpheres):
         if overlap and not LEAST_OVERLAP <= overlap / self.diameter <= 0.5:
             raise ValueError(
                 f"the grain would press itself {overlap / self.diameter:.3g} diameters in at "
-                f"stiffness = {self.stiffness:g} N/m, speed = {self.speed:g} m/s, gravity = "
-                f"{self.gravity:g} m/s2: must be from {LEAST_OVERLAP:.2g} to 0.5"
+                f"stiffness = {self.stiffness:g} N/m, diameter = {self.diameter:g} m, speed = "
+                f"{math.hypot(self.speed, self.sideways):g} m/s, gravity = {self.gravity:g} m/s2: "
+                f"must be from {LEAST_OVERLAP:.2g} to 0.5"
             )
         return self
 

@@ -76,13 +76,15 @@ class KnownDefect(Parameters):
         effects = [self.switched, bool(self.fit), bool(self.error), bool(self.undetermined)]
         if sum(effects) != 1:
             raise ValueError("needs one of faults, rules and law; fit; error; undetermined")
-        Faults(**{k: v for k, v in self.faults.items() if not (isinstance(v, str) and v in VALUES)})
+        Faults(**{k: v for k, v in self.faults.items() if not _is_computed(k, v)})
         Rules(**self.rules)
         for name, value in self.law.items():  # its other fields are those of the scene's law
             if name not in Law.model_fields:
                 raise ValueError(f"law.{name}: must be one of {', '.join(Law.model_fields)}")
             named = [*VALUES, *COEFFICIENTS] if name in COEFFICIENTS else ["mixed_damping"]
             words = [*filter(None, get_args(Law.model_fields[name].annotation)), *named]
+            if Law.model_fields[name].annotation is bool and not isinstance(value, bool):
+                raise ValueError(f"law.{name} = {value!r}: must be true or false")
             if not (isinstance(value, int | float) or value in words):
                 text = ", ".join(word for word in words if isinstance(word, str))
                 raise ValueError(f"law.{name} = {value!r}: must be a number or one of {text}")
@@ -116,6 +118,13 @@ class KnownDefect(Parameters):
         if last and not release:
             return False  # a version without numbers is not known to have it
         return release >= release_of(self.since) and (not last or release[: len(last)] <= last)
+
+
+def _is_computed(name: str, value: Any) -> bool:
+    """Return whether a fault has a value that is computed in each scene, by its name."""
+    field = Faults.model_fields.get(name)
+    is_flag = field is not None and field.annotation is bool
+    return isinstance(value, str) and value in VALUES and not is_flag
 
 
 @dataclass(frozen=True)

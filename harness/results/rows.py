@@ -155,13 +155,13 @@ def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) ->
     error, uncertainty, note = abs(row.difference), row.uncertainty, row.note
     reach = error + uncertainty if tolerance.whole_interval else max(error, uncertainty)
     verdict, failure = Verdict.FAIL, failure or Failure.OUT_OF_TOLERANCE
-    if math.isnan(row.value):
+    if not unjudged and not math.isfinite(width):
+        failure, note = Failure.HARNESS, f"expected {row.expected:g} within {width:g}"
+    elif math.isnan(row.value):
         failure = Failure.NOT_A_NUMBER
     elif unjudged:
         verdict = unjudged
         width = width or NAN if row.kind is Kind.FINDING else width
-    elif not math.isfinite(width):
-        failure, note = Failure.HARNESS, f"expected {row.expected:g} within {width:g}"
     elif math.isnan(error - uncertainty):  # also of two infinite ones
         failure = Failure.NOT_A_NUMBER
     elif reach <= width:

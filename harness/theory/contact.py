@@ -347,7 +347,10 @@ def twisting_spin(
     """
     k, c = spring
     sticks = np.array([[0.0, 1.0], [-k / inertia, -c / inertia]])  # of angle and spin
-    slips = _reaches(np.array(spring), limit, sticks, np.array([0.0, spin]), time)
+    # the torque is largest before the spin first is 0: at most pi / 2 times sqrt(I / k) after start
+    swing = min(time, 2.0 * math.sqrt(inertia / k))
+    slips = _reaches(np.array(spring), limit, sticks, np.array([0.0, spin]), swing)
+    slips = slips if slips < swing else time
     first = float((expm(sticks * slips) @ [0.0, spin])[1])
     slowing = limit / inertia
     last = c * slowing / k

@@ -38,7 +38,7 @@ from harness.cases.incline.search import (
 )
 from harness.cases.incline.system import Incline, Route, expected_steps, job_of, scene_of
 from harness.engines.base import Engine, Job, Output
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import CLIPPED, CONTACTS, PLASTIC, SOURCE
 from harness.model.scene import Scene
@@ -316,7 +316,7 @@ def _measured(
     """Return the result of a search whose first jobs were run, None where they were not."""
     try:
         return search(bench, *args) if bench.has_run(jobs) else None
-    except EngineError:  # it has a failed row
+    except (EngineError, Unsupported):  # it has a row
         return None
 
 

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import count, pairwise
 from typing import Any
@@ -140,11 +141,15 @@ def angle_on(
 ) -> CriticalAngle:
     """Return the critical angle of a case in the engine of a bench.
 
-    The reference guides a search where the engine writes as many digits.
+    The reference guides a passage where it can take the engine's steps, and the engine writes as
+    many digits.
     """
     measure, case = engine_measure(bench, method), prepared(case, method)
-    guide = reference_measure(bench, method) if bench.engine.traits.digits >= DIGITS else None
-    return search(measure, case, method, tolerance_deg, reference=guide)
+    if method == "passage" and bench.engine.traits.digits >= DIGITS:
+        guide = reference_measure(bench, method)
+        with suppress(EngineError, Unsupported):  # of the reference; an engine raises its own again
+            return search(measure, case, method, tolerance_deg, reference=guide)
+    return search(measure, case, method, tolerance_deg)
 
 
 def reference_angle(bench: Bench, case: Incline) -> CriticalAngle:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from importlib.resources import files
 from itertools import product
 from typing import Any
@@ -188,7 +188,7 @@ def _duration(parameters: TowerParameters) -> float:
     return parameters.duration if needed <= parameters.duration else needed * MARGIN
 
 
-@cache
+@lru_cache(maxsize=64)
 def _exact(parameters: TowerParameters) -> TowerRun:
     """Return the exact run that covers the duration and the turnaround window."""
     runner = Runner("exact")

@@ -41,6 +41,7 @@ STEPS: dict[Scheme, float] = {"rk4": 4000.0, "velocity_verlet": 1000.0}  # in pi
 SAMPLES_PER_T0 = 1000
 MOST_ROWS = 1_000_000  # particles times samples that an engine writes, unless samples are given
 MOST_KEPT = 10_000_000  # likewise, that a solver keeps
+MOST_STEPS = 2_000_000_000  # LAMMPS counts to 2^31
 ROUNDING = 4 * float(np.finfo(float).eps)  # overlaps as small, over the position, count as open
 LARGEST_DRAWN = 0.32  # [diameters] the largest compression in a film
 IN_SCRIPTS = ("height", "speed", "gravity", "base", "start", "gap")
@@ -328,6 +329,8 @@ def make_setup(
     least = seconds / case.contact_period * wanted
     every = max(1, math.floor(least / samples))
     steps = every * math.ceil(least / every * (1 - 1e-12))
+    if steps > MOST_STEPS:
+        raise RequestError(f"duration = {duration:g} t0: more than 2e9 steps, LAMMPS's bound")
     return Setup(case, duration, seconds / steps, steps, every)
 
 
