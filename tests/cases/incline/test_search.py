@@ -7,11 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.cases.bench import Bench
+from harness.cases.incline import search
 from harness.cases.incline.angle import Fate, extrapolate
 from harness.cases.incline.case import CASE
 from harness.cases.incline.closed_form import rigid_angle
 from harness.cases.incline.search import (
     Ladder,
+    angle_on,
     by_passage,
     by_steady_motion,
     critical_angle,
@@ -57,6 +59,28 @@ def test_the_uncertainty_contains_the_truth_under_jitter(height, at):
     found = by_passage(measure, Incline(), tolerance_deg=max(1e-3, height))
     assert abs(found.value - closed_form()) <= found.uncertainty + 1e-6
     assert found.uncertainty <= height
+
+
+@given(st.floats(0.1, 0.5), st.floats(1e-6, 0.1))
+def test_a_reference_leads_to_the_root_only_where_its_margin_is_the_measured_one(shock, off_deg):
+    alone, guided = (EnergyMap(shock, shift=sawtooth(1e-3)) for _ in range(2))
+    expected = by_passage(alone, Incline())
+    for shift in (sawtooth(1e-3), lambda _: off_deg):
+        reference = EnergyMap(shock, shift=shift)
+        found = by_passage(guided, Incline(), reference=reference)
+        assert (found.value, found.uncertainty) == (expected.value, expected.uncertainty)
+
+
+def test_an_engine_searches_alone_where_the_reference_fails(monkeypatch):
+    def fails(cases):
+        raise EngineOutputError(f"no margin in {len(cases)} cases")
+
+    with Reference() as engine:
+        expected = angle_on(Bench(engine), Incline())
+        monkeypatch.setattr(search, "reference_measure", lambda *_: fails)
+        found = angle_on(Bench(engine), Incline())
+    assert found.value == pytest.approx(expected.value, abs=1e-9)
+    assert len(found.runs) > len(expected.runs)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
