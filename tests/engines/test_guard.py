@@ -1,5 +1,7 @@
 """Engines of other packages: what they should not raise or return is an error that names them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,18 +62,23 @@ def test_flawed_motions_are_an_error_of_each_job(motions):
     assert [str(error)[: len(LABEL)] for error in outcomes] == [LABEL] * 2
 
 
-def test_scripts_and_scenes_run_in_batches_of_their_own():
+def test_scripts_and_scenes_run_in_batches_of_their_own_and_keep_their_places():
     batches = []
 
     def run(jobs):
         batches.append({job.template.name for job in jobs})
-        return [Output((), WHO) for _ in jobs]
+        return [Output((("place", job.values["place"]),), WHO) for job in jobs]
 
+    mixed = [JOB, scene_job(JOB.scene)] * 2
+    jobs = [replace(job, values={"place": str(place)}) for place, job in enumerate(mixed)]
     has_template = staticmethod(lambda template: template is JOB.template)
-    engine = plugin(run, has_template=has_template, refuses=lambda *_: "")
-    outcomes = dict(engine.outcomes([JOB, scene_job(JOB.scene), JOB]))
-    assert sorted(outcomes) == [0, 1, 2]
+    methods = {"has_template": has_template, "refuses": lambda *_: ""}
+    outcomes = dict(plugin(run, **methods).outcomes(jobs))
+    assert [outcomes[place].text("place") for place in range(4)] == ["0", "1", "2", "3"]
     assert batches == [{SCENE_NAME}, {JOB.template.name}]
+    methods |= dict.fromkeys(("run_scenes", "run_scripts"), lambda _, jobs: run(jobs))
+    outcomes = plugin(None, **methods).run(jobs)
+    assert [outcome.text("place") for outcome in outcomes] == ["0", "1", "2", "3"]
 
 
 def test_errors_and_refusals_of_an_engine_pass_as_they_are():

@@ -2,10 +2,12 @@
 
 import mmap
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections import namedtuple
 from pathlib import Path
 
 import pytest
@@ -110,14 +112,15 @@ child.wait()
 """
 
 
-def test_a_program_and_its_children_end_with_the_harness(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_a_program_and_its_children_end_with_the_harness(tmp_path, number):
     words = [sys.executable, "-c", HARNESS, tmp_path, PARENT]
     harness, said = subprocess.Popen(words, start_new_session=True), tmp_path / "said"
     while not (said.exists() and said.read_text().endswith("\n")):
         assert harness.poll() is None
         time.sleep(0.05)
-    os.killpg(harness.pid, signal.SIGKILL)
-    harness.wait(10.0)
+    os.killpg(harness.pid, number)
+    assert harness.wait(10.0) == -number
     assert all(_gone(int(pid)) for pid in said.read_text().split())
 
 
@@ -150,6 +153,7 @@ def test_the_files_of_a_killed_harness_are_removed_by_the_next_run(tmp_path, mon
 
 # ---- segments of MPICH in shared memory
 
+USAGE = namedtuple("USAGE", "total used free")
 MAPS = """
 import mmap, sys, time
 with open(sys.argv[1], "w+b") as file:
@@ -178,3 +182,11 @@ def test_a_program_that_hangs_leaves_no_segment_and_mapped_ones_stay(tmp_path):
     finally:
         for path in (segment, mapped, other):
             path.unlink(missing_ok=True)
+
+
+def test_one_that_dies_for_want_of_shared_memory_is_told_what_helps(python, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: USAGE(64 * 10**6, 63 * 10**6, 10**6))
+    error = python("import os, signal; os.kill(os.getpid(), signal.SIGBUS)").error("LAMMPS")
+    assert type(error) is EngineMemoryError
+    words = ("signal SIGBUS", f"{SHARED} holds 64 MB, 1 MB of it free", "fewer workers")
+    assert all(word in str(error) for word in words)

@@ -11,6 +11,7 @@ from harness.engines.scenes import motion_in
 from harness.errors import (
     EngineMemoryError,
     EngineNaNError,
+    EngineOutputError,
     EngineTimeoutError,
     RequestError,
 )
@@ -61,3 +62,10 @@ def test_errors_of_one_run_leave_the_others():
     assert "1000000000001 samples of 1 bodies" in str(full)
     (late,) = Reference(seconds=0.0).run([scene_job(on_row(steps=1000))])
     assert isinstance(late, EngineTimeoutError)
+
+
+def test_motion_of_stages_that_lacks_samples_is_an_error():
+    output = output_of(STAGED)
+    cut = {SERIES: {n: v[:-1] for n, v in output.tables[SERIES].items()}}
+    with pytest.raises(EngineOutputError, match="samples"):
+        motion_in(Output((), output.provenance, {**output.tables, **cut}), STAGED)

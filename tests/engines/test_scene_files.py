@@ -104,6 +104,15 @@ def test_spoiled_output_is_refused(code, fault, tmp_path):
         read(code, tmp_path, scene)
 
 
+@pytest.mark.parametrize("code", ["yade", "kratos"])
+def test_interchanged_parts_are_no_motion_of_the_scene(code, tmp_path):
+    path, scene = recorded(code, tmp_path)
+    table = json.loads(path.read_text())
+    table["velocity"], table["force"] = table["force"], table["velocity"]
+    path.write_text(json.dumps(table))
+    assert error(scene, read(code, tmp_path, scene), CODES[code].rules(scene)) > 0.1
+
+
 def written(path, scene, **changes):
     """Write what Yade or Kratos would write of a scene with stages, and return the reference."""
     motion = reference.run(scene)

@@ -56,6 +56,13 @@ def dump(*frames, columns="id x vx fx"):
     return text
 
 
+def test_columns_of_a_csv_have_the_names_of_its_header():
+    table = read_csv('# "time_s", x_m\n0,1.5\n0.1,1e-300\n', "it")
+    assert {name: column.tolist() for name, column in table.items()} == {
+        "time_s": [0.0, 0.1], "x_m": [1.5, 1e-300]
+    }  # fmt: skip
+
+
 def test_columns_of_particles_are_one_in_the_order_of_their_numbers():
     table = read_csv("time_s,x_m[2],x_m[1],x_m[3]\n0,2,1,10\n", "it")
     assert table["x_m"].tolist() == [[1.0, 2.0, 10.0]]
@@ -63,7 +70,9 @@ def test_columns_of_particles_are_one_in_the_order_of_their_numbers():
         read_csv("time_s,x_m[1],x_m[3]\n0,1,2\n", "it")
 
 
-@pytest.mark.parametrize("text", ["a,b\n", "a,b\n1,2", "a,b\n1,2\n3,x\n", "a,b\n1,2,3\n"])
+@pytest.mark.parametrize(
+    "text", ["a,b\n", "a,b\n1,2", "a,b\n1,2\n3\n", "a,b\n1,2\n3,x\n", "a,b\n1,2,3\n"]
+)
 def test_a_csv_that_is_cut_or_damaged_is_bad_output(text):
     with pytest.raises(EngineOutputError, match=r"^it left"):
         read_csv(text, "it")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from harness import upstream as judging
+from harness.engines.process import Limits
 from harness.errors import EngineNaNError
 from harness.model.conventions import Faults
 from harness.results.rows import rows_of
@@ -40,9 +41,9 @@ def rows_by_key(run):
     return {(row.setup, row.quantity, row.check): row for row in rows_of(run.rows)}
 
 
-def outcome(test, lmp):
+def outcome(test, lmp, **options):
     """Return the rows of the recorded motion and of the motion of one test, newton off."""
-    rows = rows_by_key(run_upstream([test], {"here": lmp}))
+    rows = rows_by_key(run_upstream([test], {"here": lmp}, **options))
     return [rows[test.name, quantity, "newton off"] for quantity in (RECORDED_MOTION, MOTION)]
 
 
@@ -186,10 +187,13 @@ def test_a_coefficient_off_by_1e_6_fails(coefficient, lmp, monkeypatch):
 
 
 def test_a_run_that_goes_wrong_is_a_row_and_the_others_go_on(lmp):
-    run = run_upstream([named(askew("no_such_command"), name="wrong"), askew()], {"here": lmp})
+    words = {"no_such_command": "Unknown command", "quit 7": "exit status 7"}
+    wrong = [named(askew(command), name=command) for command in words]
+    run = run_upstream([*wrong, askew()], {"here": lmp})
     rows = rows_by_key(run)
-    assert rows["wrong", RECORDED_MOTION, "newton on"].verdict == "fail"
-    assert "Unknown command" in rows["wrong", MOTION, "newton off"].note
+    for command, word in words.items():
+        assert rows[command, RECORDED_MOTION, "newton on"].verdict == "fail"
+        assert word in rows[command, MOTION, "newton off"].note
     assert rows["askew", MOTION, "newton off"].verdict == "pass"
     assert run.status == 3
 
@@ -217,3 +221,10 @@ def test_a_list_that_may_miss_a_contact_is_not_tested(command, lmp):
     assert set(run.rows["verdict"]) == {"not tested"}
     motion = rows_by_key(run)["askew", MOTION, "newton on"]
     assert "may miss contacts" in motion.note
+
+
+def test_a_run_that_hangs_is_ended(lmp):
+    test = named(askew(), segments=(2_000_000_000,))
+    record, motion = outcome(test, lmp, limits=Limits(seconds=1.0))
+    assert "did not finish within 1 s" in record.note
+    assert motion.failure == "out of time"

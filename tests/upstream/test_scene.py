@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from harness import upstream
 from harness.errors import RequestError
 from harness.upstream import MOTION, read_test, read_tests, run_test, run_upstream
-from harness.upstream.scene import NotUnderstoodError, granular_law, read_scene
+from harness.upstream.scene import NotUnderstoodError, check_words, granular_law, read_scene
 from tests.upstream.conftest import askew, named
 
 TSUJI = Path(__file__).parents[2] / "reports/defects/tsuji-restitution/test.yaml"
@@ -156,6 +158,14 @@ def test_what_is_not_understood_is_named(state, word):
 )
 def test_parts_that_do_nothing_are_left_out(words):
     assert granular_law(words.split()).tangential == "none"
+
+
+@given(st.text(st.characters(categories=("Ll",)), min_size=1, max_size=9))
+def test_a_command_that_is_not_in_the_table_is_named(word):
+    with pytest.raises(NotUnderstoodError, match=f"'x{word}'"):
+        check_words([f"x{word}", "1"])
+    with pytest.raises(NotUnderstoodError, match=f"'x{word}'"):
+        check_words(["fix", "a", "all", "nve/sphere", f"x{word}"])
 
 
 def test_values_of_a_file(tmp_path):

@@ -274,6 +274,8 @@ def test_the_search_of_the_case():
             CASE.search(["runs"], Incline(contact=Contact(restitution=0.5)), bench)
     assert set(found) == {"critical_angle_deg", "runs"}
     assert 0.0 < found["critical_angle_deg"].uncertainty < steady["critical_angle_deg"].uncertainty
+    with pytest.raises(RequestError, match="method"):
+        CASE.search_options(method="guess")
 
 
 @pytest.mark.slow
