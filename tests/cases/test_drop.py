@@ -9,12 +9,14 @@ import pytest
 from harness.cases.base import LEVELS
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks
-from harness.cases.drop import CASE, Drop, contacts
+from harness.cases.drop import CASE, Drop, contacts, restitution, scene_of
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, RequestError, Unsupported
+from harness.model.law import PLASTIC, Contact
 from harness.model.scene import Scene
 from harness.results.rows import Verdict
+from harness.solvers import reference
 from tests.engine_doubles import Twin, same
 
 
@@ -204,6 +206,31 @@ def test_no_scale_exceeds_three_times_the_largest_value(measured):
         ]
         sizes = [quantity.size(CASE.presets[n]) for n, f in measured.items() if quantity.name in f]
         assert max(sizes) <= 3.0 * max(values), quantity.name
+
+
+def test_effective_mass_is_that_of_the_dashpot():
+    """e = 0.5 with m/2 in the dashpot is 0.616 attractive, with the full mass clipped 0.550."""
+    half, clipped = (
+        Drop(contact=Contact(restitution=0.5, **change), speed=1.0)
+        for change in ({"effective_mass": "half"}, {"tail": "clipped"})
+    )
+    assert restitution(half) == pytest.approx(0.616146, abs=1e-6)
+    assert restitution(clipped) == pytest.approx(0.550283, abs=1e-6)
+    assert scene_of(half).bodies[1].motion == "held"
+    assert scene_of(clipped).bodies[1].motion == "frozen"
+
+
+def test_limit_of_small_steps_is_the_closed_form():
+    """The largest error over phases of the begin falls with the first order."""
+    errors = []
+    for steps in (500.0, 4000.0):
+        case = Drop(contact=PLASTIC, speed=1.0, steps_per_contact=steps, duration=6.0)
+        gaps = [case.replace(gap=(3.0 + phase) * case.step) for phase in np.arange(0.0, 1.0, 0.1)]
+        scenes = [scene_of(one).replace(every=one.steps) for one in gaps]
+        ends = [reference.run(scene).velocity[-1, 0, 1] for scene in scenes]
+        errors.append(np.abs(np.array(ends) - restitution(case)).max())
+    assert errors[1] < 3e-4
+    assert 5.0 < errors[0] / errors[1] < 12.0
 
 
 @pytest.mark.parametrize(

@@ -113,6 +113,18 @@ def test_figures_are_files_with_names_of_their_own_and_a_broken_one_is_named(fil
     assert "![The angle again](figures/angle-2.svg)" in files["report.md"]
 
 
+def test_the_first_screen_has_the_answer_above_the_folded_rows(files):
+    """Sketch, derivation, verdicts and failures stand before all rows, unfolded."""
+    html = files["report.html"]
+    (fold,) = re.finditer(r'<details class="fold" id="rows">', html)
+    top = html[: fold.start()]
+    parts = ['alt="Sketch: ', "So θ_c = 10.2 deg.", 'id="verdicts"', 'class="card cause fail"']
+    places = [top.index(part) for part in parts]
+    assert places == sorted(places)
+    unfolded = [top[:place].count("<details") - top[:place].count("</details>") for place in places]
+    assert unfolded == [0] * len(parts)
+
+
 def test_runs_with_one_row_or_none_and_empty_tables_have_a_page(run):
     bare = replace(run, rows=run.rows.iloc[:1], changes=None, scripts={}, logs={})
     files = report_files(bare, [Section("Nothing", tables=(Table("Empty", run.rows.iloc[:0]),))])

@@ -121,15 +121,19 @@ def test_a_folder_that_fails_is_reported_once_and_ends_nothing(entries, capsys):
     assert capsys.readouterr().err.count("nothing more is kept") == 1
 
 
-def test_a_cache_that_all_may_write_or_a_file_is_refused(tmp_path, monkeypatch):
+def test_a_cache_that_all_may_write_or_of_another_user_or_a_file_is_refused(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     with pytest.raises(OSError, match="file"):
         Entries(tmp_path / "file")
     owner = os.geteuid()
     monkeypatch.setattr(os, "geteuid", lambda: owner or 4321)
     tmp_path.chmod(0o777)
-    refused = r"others may write it \(mode 777\); make it|it belongs to user 0"
-    with pytest.raises(PermissionError, match=refused):
+    with pytest.raises(PermissionError, match=r"others may write it \(mode 777\); make it"):
+        Entries(tmp_path)
+    if owner == 0:
+        os.chown(tmp_path, 1234, -1)
+    monkeypatch.setattr(os, "geteuid", lambda: 4321)
+    with pytest.raises(PermissionError, match=r"it belongs to user \d+; make it yours alone"):
         Entries(tmp_path)
 
 

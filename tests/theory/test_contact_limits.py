@@ -1,7 +1,7 @@
-"""Forms of contacts that the limit of the reference does not reach, and where there is no form.
+"""Closed forms of contacts against their equations of motion, and where there is no form.
 
-Sliding, rolling, twisting, drag, heat and moving walls are compared with that limit by law and
-system, with the cases.
+SciPy integrates them, with the limits of friction and of torques as events. The cases compare the
+same forms with the limit of small steps of the reference, by law and system, less narrowly.
 """
 
 import math
@@ -16,6 +16,107 @@ from harness.theory import contact
 
 RADIUS, STIFFNESS, G = 0.01, 3e5, 9.81
 MASS = sphere(RADIUS, 2500.0).mass
+EXACT = {"rtol": 1e-12, "atol": 1e-18, "method": "DOP853"}
+SLIDER = STIFFNESS, 2.0, 0.3  # of friction: spring, dashpot, coefficient
+NONE = 0.0, 0.0, math.inf  # of spring, dashpot and limit
+
+
+class Sphere:
+    """A sphere on a floor under a constant load: x, speed, rim speed, the springs of two sliders.
+
+    A slider is a spring k and a dashpot eta under a constant limit: it sticks while |k q + eta s|,
+    s its velocity, is below the limit; beyond it the spring is cut back so that both hold the
+    limit, until the spring would grow more slowly than the limit lets it.
+
+    ``springs`` are (k, eta, limit) of friction and of rolling; ``pull`` [m/s2] is along the floor.
+    """
+
+    def __init__(self, *springs, pull=0.0):
+        self.springs, self.pull, self.signs = springs, pull, [0, 0]  # of those that slide
+
+    def force(self, k, y):
+        stiffness, eta, limit = self.springs[k]
+        stuck = stiffness * y[3 + k] + eta * self.velocities(y)[k]
+        return self.signs[k] * limit if self.signs[k] else stuck
+
+    def velocities(self, y):
+        return y[1] - y[2], y[2]
+
+    def rates(self, _, y):
+        friction, rolling = self.force(0, y), self.force(1, y)
+        dv, drim = self.pull - friction / MASS, (friction - rolling) / (0.4 * MASS)
+        growth = [
+            -eta * rate / stiffness if sign else velocity
+            for (stiffness, eta, _), sign, rate, velocity in zip(
+                self.springs, self.signs, (dv - drim, drim), self.velocities(y), strict=True
+            )
+        ]
+        return [y[1], dv, drim, *growth]
+
+    def change(self, k):
+        def event(t, y):
+            if sign := self.signs[k]:
+                return sign * (self.rates(t, y)[3 + k] - self.velocities(y)[k])
+            return abs(self.force(k, y)) - self.springs[k][2]
+
+        event.terminal, event.direction = True, 1.0
+        return event
+
+    def run(self, times, spin=0.0):
+        """Return the states at times, from rest or from a rim speed."""
+        y, t, states = np.array([0.0, 0.0, spin, 0.0, 0.0]), 0.0, []
+        stiffness, eta, limit = self.springs[1]
+        if eta * spin > limit:
+            self.signs[1], y[4] = 1, (limit - eta * spin) / stiffness
+        for end in times:
+            while t < end:
+                found = solve_ivp(
+                    self.rates, (t, end), y, events=[self.change(0), self.change(1)], **EXACT
+                )
+                t, y = found.t[-1], found.y[:, -1]
+                for k, at in enumerate(found.t_events):
+                    if at.size:
+                        self.signs[k] = 0 if self.signs[k] else int(np.sign(self.force(k, y)))
+            states.append(y)
+        return np.array(states)
+
+
+def friction_under(load):
+    return (*SLIDER[:2], SLIDER[2] * load)
+
+
+@pytest.mark.parametrize(("angle", "rolls"), [(0.5, True), (1.0, False)])
+def test_down_an_incline(angle, rolls):
+    expected = contact.down_an_incline(angle, SLIDER[2], G)
+    assert expected.rolls == rolls
+    friction = friction_under(MASS * G * math.cos(angle))
+    found = Sphere(friction, NONE, pull=G * math.sin(angle)).run((0.1, 0.2))
+    gained = (found[1] - found[0])[1:3] / 0.1
+    assert gained == pytest.approx((expected.acceleration, expected.turning), rel=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0175, 0.07])
+def test_rolling_resistance_holds_a_sphere_on_an_incline_or_slows_it_down(angle):
+    times, load, pull = (1e-2, 2e-2), MASS * G * math.cos(angle), G * math.sin(angle)
+    friction, rolling = friction_under(load), (1e5, 10.0, 0.05 * load)
+    limits = (friction[2], rolling[2])
+    states = contact.on_an_incline(times, pull, MASS, friction[:2], rolling[:2], limits)
+    for (x, u, _, rim), found in zip(
+        states, Sphere(friction, rolling, pull=pull).run(times), strict=True
+    ):
+        assert (x, u, rim) == pytest.approx(tuple(found[:3]), rel=1e-8, abs=1e-16)
+
+
+@pytest.mark.parametrize("dashpot", [0.0, 0.1, 0.6])  # over critical damping
+@pytest.mark.parametrize("start", [0.5, 3.0, 30.0])  # over the amplitude at the limit
+def test_a_twist_slips_stops_and_swings_back(start, dashpot):
+    """Turning about the normal is rolling of a rim of one metre, with the inertia of the sphere."""
+    k, limit, inertia = 1.0, 1e-5, 0.4 * MASS
+    c, largest = 2.0 * dashpot * math.sqrt(k * inertia), limit / math.sqrt(k * inertia)
+    times = np.arange(1.0, 41.0) * math.sqrt(inertia / k)
+    found = Sphere(NONE, (k, c, limit)).run(times, start * largest)[:, 2]
+    expected = [contact.twisting_spin(t, start * largest, inertia, (k, c), limit) for t in times]
+    assert found == pytest.approx(expected, abs=1e-9 * largest)
 
 
 @pytest.mark.parametrize(("speed", "pull"), [(0.5, 0.0), (0.5, -1.0), (0.02, 1.5)])
@@ -65,6 +166,41 @@ def test_a_sphere_that_turns_on_its_spot_is_slowed_down_by_the_limit_of_the_torq
     )
     expected = contact.twisting_deceleration(1e-3, RADIUS, G)
     assert (halfway - end) / 0.005 == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("times", [0.01, 1.0, 12.0])
+def test_a_sphere_that_is_dragged_falls_as_its_equation_says(times):
+    path = solve_ivp(lambda _, y: [1.0 - y[0], y[0]], (0.0, times), [0.0, 0.0], **EXACT)
+    assert contact.dragged(times) == pytest.approx(tuple(path.y[:, -1]), rel=1e-9)
+
+
+@pytest.mark.parametrize("decay", [0.0, 0.3, 5.0])
+def test_a_contact_on_an_oscillating_wall_is_a_driven_oscillator(decay):
+    frequency, acceleration, drive, end = 2.0, 0.7, 0.9, 13.0
+
+    def rates(t, y):
+        pull = -2.0 * decay * y[1] - frequency**2 * y[0]
+        return [y[1], pull - acceleration * math.cos(drive * t)]
+
+    path = solve_ivp(rates, (0.0, end), [0.0, 0.0], **EXACT)
+    y, speed = contact.driven(np.array([0.0, end]), frequency, decay, acceleration, drive)
+    assert (y[0], speed[0]) == pytest.approx((0.0, 0.0), abs=1e-15)
+    assert (y[1], speed[1]) == pytest.approx(tuple(path.y[:, -1]), abs=1e-9)
+
+
+def test_the_temperatures_of_two_bodies_approach_one_another():
+    first, second, rate = 3.0, 0.5, 0.2
+
+    def flows(_, temperature):
+        heat = rate * (temperature[0] - temperature[1])
+        return [-heat / first, heat / second]
+
+    path = solve_ivp(flows, (0.0, 4.0), [400.0, 300.0], **EXACT)
+    left = math.exp(-4.0 * contact.cooling_rate(rate, (first, second)))
+    assert path.y[0, -1] - path.y[1, -1] == pytest.approx(100.0 * left, rel=1e-9)
+    # of what is kept at its temperature the capacity is beyond bounds
+    wall = contact.cooling_rate(rate, (first,))
+    assert contact.cooling_rate(rate, (first, 1e20)) == pytest.approx(wall, rel=1e-14)
 
 
 def test_a_circle_between_two_half_spaces_conducts_2_k_a():

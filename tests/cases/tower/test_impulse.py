@@ -47,6 +47,7 @@ def test_the_table_has_the_columns_and_values_of_version_1(table):
 
 def test_rows_without_their_window_are_nan_not_missing(table):
     tall = table[(table["height"] == 10) & (table["window"] == "structure")]
+    assert len(tall) == 2
     assert tall[["impulse_ratio", "window_s", "critical_angle_deg"]].isna().to_numpy().all()
 
 
