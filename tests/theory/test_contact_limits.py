@@ -8,6 +8,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.special import j0, j1
 
@@ -117,6 +119,22 @@ def test_a_twist_slips_stops_and_swings_back(start, dashpot):
     found = Sphere(NONE, (k, c, limit)).run(times, start * largest)[:, 2]
     expected = [contact.twisting_spin(t, start * largest, inertia, (k, c), limit) for t in times]
     assert found == pytest.approx(expected, abs=1e-9 * largest)
+
+
+@given(st.floats(1.01, 20.0), st.floats(3e4, 4e4))
+def test_a_twist_swings_on_as_it_began(start, late):
+    """It is damped little: two values of the swing determine all later ones."""
+    rate, damping = math.sqrt(1.0 - 1e-10), 1e-5
+
+    def spin(at):
+        return contact.twisting_spin(at, start, 1.0, (1.0, 2.0 * damping), 1.0)
+
+    def swings(at):
+        return math.exp(-damping * at) * np.array([math.cos(rate * at), math.sin(rate * at)])
+
+    early = [25.0, 26.5]
+    parts = np.linalg.solve([swings(at) for at in early], [spin(at) for at in early])
+    assert spin(late) == pytest.approx(parts @ swings(late), abs=1e-8)
 
 
 @pytest.mark.parametrize(("speed", "pull"), [(0.5, 0.0), (0.5, -1.0), (0.02, 1.5)])
