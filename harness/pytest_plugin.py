@@ -9,6 +9,7 @@ library before a verification.
 from __future__ import annotations
 
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -160,9 +161,12 @@ def verification(words: Sequence[str]) -> dict[str, Any]:
     """Return the JSON of ``dem-harness verify``, run in a process of its own."""
     code = "from harness.cli import main; main()"
     command = [sys.executable, "-c", code, "verify", *words, "--json"]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    # the paths of the suite, of its conftest and of pythonpath=, may have its engines
+    places = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False, env=places)
     try:
         record: dict[str, Any] = json.loads(done.stdout)
     except ValueError:  # of --help, and of a process that died
-        record = {"error": f"dem-harness verify ended with {done.returncode}", "status": USAGE}
+        status = USAGE if done.returncode in (0, USAGE) else DIED
+        record = {"error": f"dem-harness verify ended with {done.returncode}", "status": status}
     return record

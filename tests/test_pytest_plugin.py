@@ -1,6 +1,8 @@
 """The pytest plugin: a row a test, the fixture, and wrong options as usage errors."""
 
 import json
+import signal
+import subprocess
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -103,6 +105,22 @@ def test_an_engine_that_failed_is_an_error_beside_the_rows(ran, monkeypatch):
     result = ran("--dem-harness")
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(["*an engine died*"])
+
+
+def test_a_verification_that_dies_is_an_error_beside_the_suite(ran, monkeypatch):
+    monkeypatch.setattr("harness.pytest_plugin.verification", VERIFICATION)
+    died = subprocess.CompletedProcess([], -signal.SIGKILL, "")
+    monkeypatch.setattr(pytest_plugin.subprocess, "run", lambda *_, **__: died)
+    result = ran("--dem-harness")
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.fnmatch_lines(["*dem-harness verify ended with -9*"])
+
+
+def test_an_engine_on_the_path_of_the_suite_is_found(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text("from harness.engines.reference import Reference as Mine")
+    monkeypatch.syspath_prepend(tmp_path)
+    record = VERIFICATION(["--engines", "mine:Mine", "--cases", "nix"])
+    assert record["error"].startswith("--cases 'nix'")  # engines are looked up first
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import signal
 import sys
-from collections.abc import Sequence
-from typing import Any
 
-from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
+try:
+    import contextlib
+    import signal
+    from collections.abc import Sequence
+    from pathlib import Path
+    from typing import Any
 
-from harness import __version__
-from harness.errors import HarnessError, RequestError
+    from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
+
+    from harness import __version__
+    from harness.errors import HarnessError, RequestError
+except KeyboardInterrupt:  # Ctrl-C before main() can handle it
+    print("dem-harness: interrupted", file=sys.stderr)
+    raise SystemExit(130) from None
 
 REFUSED, INTERNAL, INTERRUPTED, TERMINATED = 2, 4, 130, 143
 TRACEBACK = "DEM_HARNESS_TRACEBACK"  # environment variable: show the traceback of internal errors
@@ -54,7 +60,7 @@ def main() -> None:
     """Run ``dem-harness``; end with its exit status (0 to 4, 130 or 143)."""
     try:
         signal.signal(signal.SIGTERM, _stop)
-        _replace_unprintable()
+        _open_streams()
         status = _flushed(_status(sys.argv[1:]))
     except KeyboardInterrupt:
         status = TERMINATED if _stopped_by else INTERRUPTED
@@ -149,10 +155,13 @@ def _stop(number: int, _: Any) -> None:
     raise KeyboardInterrupt
 
 
-def _replace_unprintable() -> None:
-    """Print question marks for what a terminal cannot show."""
+def _open_streams() -> None:
+    """Open streams that the caller closed, and print question marks for what cannot be shown."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(AttributeError, ValueError):  # closed by the caller
+        with contextlib.suppress(AttributeError, ValueError):
             stream.reconfigure(errors="replace")  # type: ignore[union-attr]
 
 

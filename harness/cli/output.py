@@ -7,7 +7,8 @@ import math
 import shutil
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
@@ -106,18 +107,40 @@ def write_all(files: Mapping[tuple[str, Path | None], Writer]) -> None:
         tell(f"{option} {path}: is written")
 
 
-def output_folder(named: Path | None, ending: str = "") -> Path:
-    """Return the folder of a report: the named one, or a new one of the date below reports/runs.
+@contextmanager
+def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
+    """Yield the folder of a report: the named one, or a new one of the date below reports/runs.
 
-    Nothing is made yet. Raise RequestError for one that has files or cannot be made.
+    The new one is made at once, for no other command to take it, and goes again where it stays
+    empty. Raise RequestError for one that has files or cannot be made.
     """
     from harness.files import check_folder
 
+    if named is not None:
+        check_folder(named)
+        yield named
+        return
+    missing = [path for path in (RUNS, *RUNS.parents) if not path.exists()]
     name = f"{datetime.now():%Y-%m-%d-%H%M%S}{ending}"
     names = chain([name], (f"{name}-{number}" for number in count(2)))
-    folder = named or next(path for path in map(RUNS.joinpath, names) if not path.exists())
-    check_folder(folder)
-    return folder
+    folder = next(path for path in map(RUNS.joinpath, names) if _is_made(path))
+    try:
+        yield folder
+    finally:
+        with suppress(OSError):  # what is empty goes
+            for path in (folder, *missing):
+                path.rmdir()
+
+
+def _is_made(folder: Path) -> bool:
+    """Make a folder; return whether it is new, and raise RequestError where it cannot be made."""
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError:
+        return False
+    except OSError as error:
+        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
+    return True
 
 
 def _plain(value: Any) -> Any:

@@ -370,16 +370,18 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     from harness.workflows import diff as compare_runs
     from harness.workflows import progress_bars
 
-    folder = output or Path("reports/reproduction")
-    if not check:
-        folder = output_folder(output, "-reproduction")
-    with progress_bars("reproduce", quiet=json) as progress:
-        run = recompute(progress=progress)
     if check:
-        changes = compare_runs(folder, run)
+        with progress_bars("reproduce", quiet=json) as progress:
+            run = recompute(progress=progress)
+        changes = compare_runs(output or Path("reports/reproduction"), run)
         _show(changes, json)
         return int(not changes.to_frame().empty)
-    write_reproduction(run, folder)
+    with (
+        output_folder(output, "-reproduction") as folder,
+        progress_bars("reproduce", quiet=json) as progress,
+    ):
+        run = recompute(progress=progress)
+        write_reproduction(run, folder)
     record = {**run.to_json(), "statements": statuses(run), "folder": str(folder)}
     show(record, json, {"statements": headline(run), "report": folder / "report.html"})
     return 0

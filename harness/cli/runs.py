@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -106,10 +107,20 @@ def verify(
 
         dem-harness verify --engines lammps,liggghts --cases contacts
     """
+    with output_folder(choice.output) as folder:
+        record = _verified(choice, engines, folder, json)
+    if not json:
+        _print_verification(record, folder, verbose=choice.verbose)
+    return show(record, json, {})
+
+
+def _verified(
+    choice: VerifyOptions, engines: EngineOptions, folder: Path, quiet: bool
+) -> dict[str, Any]:
+    """Verify, or take what was verified before; write the report and return its record."""
     from harness.store.cache import keep_verification, kept_verification
 
-    folder, entries = output_folder(choice.output), engines.entries()
-    key, record = _key(choice, engines), None
+    entries, key, record = engines.entries(), _key(choice, engines), None
     if entries is not None and key is not None and not engines.fresh:
         record = kept_verification(entries, key, folder)
     more: dict[str, Any] = {"folder": str(folder), "cached": record is not None}
@@ -119,7 +130,7 @@ def verify(
 
         names = ("cases", "engines", "only", "strict", "known_defects", "png")
         work, instead = f"level {choice.level}", "--quick, or fewer cases"
-        with opener(engines, "verify", json) as opening:
+        with opener(engines, "verify", quiet) as opening:
             record = verify_engines(
                 choice.level,
                 **{name: getattr(choice, name) for name in names},
@@ -131,9 +142,7 @@ def verify(
         if entries is not None and key is not None and record["status"] in (0, 1):
             keep_verification(entries, key, folder, record)
         more |= opening.runs()
-    if not json:
-        _print_verification({**record, **more}, folder, verbose=choice.verbose)
-    return show({**record, **more}, json, {})
+    return {**record, **more}
 
 
 def details(row: Record) -> Iterator[str]:
@@ -379,8 +388,10 @@ def sweep(
         work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
         duration_check(choice.force, work)(planned.seconds())
 
-    folder = choice.output or output_folder(None, "-sweep")
-    with opener(engines, "sweep", json) as opening:
+    with (
+        nullcontext(choice.output) if choice.output else output_folder(None, "-sweep") as folder,
+        opener(engines, "sweep", json) as opening,
+    ):
         result = run_sweep(
             target,
             named_values(choice.over or (), "--over"),

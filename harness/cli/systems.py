@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from cyclopts import Parameter, validators
@@ -49,7 +50,7 @@ class SystemOptions:
     """What ``critical-angle``, ``tower`` and ``impulse`` share."""
 
     gravity: float = 9.81
-    """Gravity [m/s2], of a tower along the motion; 0 is the air hockey table."""
+    """Gravity along the motion [m/s2]; 0 is the air hockey table."""
     force: Force = False
 
 
@@ -61,8 +62,7 @@ class SpringOptions(SystemOptions):
     stiffness: float = 1e6
     """Normal stiffness k [N/m]."""
     steps_per_contact: Number = None
-    """Steps per contact time pi sqrt(m/k). [default: 50 of the incline; of a tower 4000 by rk4,
-    1000 in engines]"""
+    """Steps per contact time pi sqrt(m/k). [default: 4000 by rk4, 1000 in engines]"""
 
 
 @Parameter(name="*")
@@ -140,6 +140,10 @@ def theory(choice: TheoryOptions = TheoryOptions(), *, json: Json = False) -> in
 class AngleOptions(SpringOptions, GrainOptions):
     """How the angle is found, and of which contact."""
 
+    gravity: float = 9.81
+    """Gravity [m/s2]."""
+    steps_per_contact: Number = None
+    """Steps per contact time pi sqrt(m/k). [default: 50]"""
     method: Literal["passage", "steady"] = "passage"
     """Root of the energy over a well, or smallest angle of lasting motion (the source's)."""
     extrapolate: bool = False
@@ -189,14 +193,20 @@ def critical_angle(
     Without options: the source's contact (e = 1e-20, attractive tail kept), k = 1e6 N/m, 50 steps
     per contact time, by passage. A single value agrees with 10.2078 deg by cancellation at best:
     --extrapolate proves it.
+
+    For example:
+
+        dem-harness critical-angle --engine yade --contact clipped
     """
     from harness import workflows
     from harness.cases.incline.closed_form import angles_to_compare
 
     if choice.wells is not None and choice.method == "passage":
         raise RequestError(f"--wells {choice.wells}: goes with --method steady only")
-    if choice.extrapolate and (choice.method, choice.steps_per_contact) != ("passage", None):
-        raise RequestError("--extrapolate: goes without --method steady and --steps-per-contact")
+    own = (choice.method, choice.steps_per_contact, choice.tolerance)
+    if choice.extrapolate and own != ("passage", None, None):
+        others = "--method steady, --steps-per-contact and --tolerance"
+        raise RequestError(f"--extrapolate: goes without {others}")
     case, options = choice.system(), dict[str, Any]()
     if not choice.extrapolate:
         options = {"method": choice.method, "wells": choice.wells}
@@ -261,7 +271,7 @@ def tower(
     timing = {name: values[name] for name in ("duration", "steps_per_contact")}
     longest = {**dict(case), **timing, "duration": max(choice.duration, 3.0)}
     _check(choice.solver, engines, "--solver", choice.force, ("tower", longest, 1))
-    with opener(engines, "tower", json) as opening, _runner(choice.solver, opening) as runner:
+    with _runner(choice.solver, engines, "tower", json) as (opening, runner):
         run = run_tower(case, **timing, **runner, progress=opening.progress)
         longer = Runner(runner.get("solver", ""), runner.get("engine"))
         record = summary(run, choice.window, longer.covering(run, choice.window))
@@ -311,7 +321,7 @@ def impulse(
 
         dem-harness impulse --heights 1-4 --stiffness 1e6 --law overlap --figure angles.svg
     """
-    from harness.cases.tower.impulse import angle_figure
+    from harness.cases.tower.impulse import HEIGHTS, SPEEDS, STIFFNESSES, angle_figure
     from harness.cases.tower.parameters import Tower
     from harness.workflows import impulse as tabulate
     from harness.workflows.sweeps import figure_writer, read_points
@@ -320,10 +330,13 @@ def impulse(
         raise RequestError(f"--reference {choice.reference}: goes with --figure FILE only")
     check_target(choice.csv, "--csv")
     check_target(choice.figure, "--figure", (".svg", ".png", ".pdf"), other=choice.csv)
-    laws = get_args(Law) if choice.law == "both" else (choice.law,)
     windows = get_args(Window) if choice.window == "all" else (choice.window,)
-    lists = {"heights": choice.heights, "stiffnesses": choice.stiffness, "speeds": choice.speed}
-    ranges: dict[str, Any] = {name: values for name, values in lists.items() if values}
+    ranges: dict[str, Any] = {
+        "heights": choice.heights or HEIGHTS,
+        "stiffnesses": choice.stiffness or STIFFNESSES,
+        "speeds": choice.speed or SPEEDS,
+        "laws": get_args(Law) if choice.law == "both" else (choice.law,),
+    }
     record: dict[str, Any] = {"solver": choice.solver, "reading": choice.reading}
     measured = None
     if choice.reference is not None:
@@ -332,10 +345,12 @@ def impulse(
         pairs = zip(*measured, strict=True)
         record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
     case = Tower(mass=choice.mass, gravity=choice.gravity)
-    _check(choice.solver, engines, "--solver", choice.force)
-    with opener(engines, "impulse", json) as opening, _runner(choice.solver, opening) as runner:
+    tallest = {**dict(case), "height": max(ranges["heights"]), "law": "overlap"}  # either: as long
+    work = "tower", tallest, prod(map(len, ranges.values()))
+    _check(choice.solver, engines, "--solver", choice.force, work)
+    with _runner(choice.solver, engines, "impulse", json) as (opening, runner):
         options = {**ranges, **runner, "reading": choice.reading, "progress": opening.progress}
-        frame = tabulate(case=case, laws=laws, windows=windows, **options)
+        frame = tabulate(case=case, windows=windows, **options)
     draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
     write_all({("--csv", choice.csv): partial(frame.to_csv, index=False),
                ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
@@ -349,11 +364,7 @@ def impulse(
 
 
 def _check(
-    name: str,
-    engines: EngineOptions,
-    option: str,
-    force: bool,
-    work: tuple[str, Any, int] | None = None,
+    name: str, engines: EngineOptions, option: str, force: bool, work: tuple[str, Any, int]
 ) -> None:
     """Raise RequestError for an unknown engine or option, and for work that takes too long.
 
@@ -370,17 +381,19 @@ def _check(
         text = str(error).replace("--engine", option, 1)
         solvers = f"; or a solver of this package: {', '.join(SOLVERS)}"
         raise RequestError(text + (solvers if option == "--solver" else "")) from None
-    if work is not None:
-        case, values, runs = get_case(work[0]), work[1], work[2]
-        seconds = runs * run_seconds(case, case.parameters(**values), traits)
-        duration_check(force, f"{case.name} in {name}")(seconds)
+    case, values, runs = get_case(work[0]), work[1], work[2]
+    seconds = runs * run_seconds(case, case.parameters(**values), traits)
+    duration_check(force, f"{case.name} in {name}")(seconds)
 
 
 @contextmanager
-def _runner(name: str, opening: Opener) -> Iterator[dict[str, Any]]:
-    """Yield the solver or the engine of a name, as an argument of a workflow."""
-    if name in SOLVERS:
-        yield {"solver": name}
+def _runner(
+    name: str, engines: EngineOptions, title: str, quiet: bool
+) -> Iterator[tuple[Opener, dict[str, Any]]]:
+    """Yield an opener, and the solver or the engine of a name as an argument of a workflow."""
+    if name in SOLVERS:  # it needs no cluster
+        with opener(replace(engines, dask=None), title, quiet) as opening:
+            yield opening, {"solver": name}
         return
-    with opening.qualified(name) as engine:
-        yield {"engine": engine}
+    with opener(engines, title, quiet) as opening, opening.qualified(name) as engine:
+        yield opening, {"engine": engine}

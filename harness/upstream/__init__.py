@@ -128,6 +128,9 @@ def read_test(file: Path) -> UpstreamTest:
 
 
 def _test(values: Any, file: Path) -> UpstreamTest:
+    if not isinstance(values, dict):
+        raise ValueError("it must be keys with their values")
+
     def lines(name: str) -> list[str]:
         """Return the lines of a block without comments."""
         text = values.get(name, "").splitlines()

@@ -56,6 +56,10 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
 # ---- progress, of which every workflow is given a function
 
 Progress = Callable[[str, int, int], None]  # the name of a stage, the parts done, and all parts

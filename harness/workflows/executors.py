@@ -78,13 +78,14 @@ def completed(
             except Exception as error:  # of an executor that is broken or closed
                 yield number, EngineCrashError(f"no worker took it: {_one_line(error)}")
         for future in as_completed(futures):
+            number = futures.pop(future)  # what is done need not stay in memory
             try:
-                yield futures[future], future.result()
+                yield number, future.result()
             except Exception as error:  # of Dask, of pickling, of an engine of another package
                 is_lost = isinstance(error, CancelledError | BrokenExecutor)
                 is_lost |= type(error).__name__ in LOSSES
                 text = LOST if is_lost else f"failed on its worker: {_one_line(error)}"
-                yield futures[future], EngineCrashError(text)
+                yield number, EngineCrashError(text)
     finally:
         for future in futures:
             future.cancel()

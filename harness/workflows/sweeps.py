@@ -28,6 +28,7 @@ from harness.engines.registry import engine_class, engine_title
 from harness.errors import (
     EngineError,
     EngineMissingError,
+    EngineOutputError,
     EngineUndecidedError,
     HarnessError,
     RequestError,
@@ -204,9 +205,9 @@ class Sweep(Plottable):
         curves: dict[tuple[str, ...], dict[float, float]] = {}
         for point in self.points:
             try:
-                value = self.case.exact(point.parameters).get(name, math.nan)
+                value = _tried(self.case.exact, point.parameters).get(name, math.nan)
                 x = float(point.swept[across])
-            except (HarnessError, AttributeError, KeyError, ValueError):  # refused, or a word
+            except (AttributeError, KeyError, ValueError):  # an error, refused, or a word
                 continue
             others = tuple(text for key, text in point.swept.items() if key != across)
             if math.isfinite(value):
@@ -350,14 +351,13 @@ def _runs(
                 if isinstance(output, EngineError):
                     yield place, output, facts
                 else:
-                    outcome = _tried(case.measure, points[place].parameters, output)
+                    outcome = _values(case.measure, points[place].parameters, output)
                     yield place, outcome, {**facts, "wall_time_s": output.seconds}
 
 
 def solved(case: str, parameters: Any, solver: str) -> Outcome:
     """Return what a solver of a case returns, or its error."""
-    outcome: Outcome = _tried(get_case(case).solve, parameters, solver)
-    return outcome
+    return _values(get_case(case).solve, parameters, solver)
 
 
 def _searched(planned: Sweep, engine: Engine, point: Point) -> Outcome:
@@ -365,8 +365,7 @@ def _searched(planned: Sweep, engine: Engine, point: Point) -> Outcome:
     if not isinstance(job, Job):
         return job
     search, names = planned.case.search, [*planned.columns]
-    outcome: Outcome = _tried(search, names, point.parameters, Bench(engine), **point.options)
-    return outcome
+    return _values(search, names, point.parameters, Bench(engine), **point.options)
 
 
 def _job(case: Case[Any], point: Point, engine: Engine) -> Job | HarnessError:
@@ -375,12 +374,20 @@ def _job(case: Case[Any], point: Point, engine: Engine) -> Job | HarnessError:
     return RequestError(reason) if reason else job
 
 
+def _values(call: Callable[..., Mapping[str, Any]], *arguments: Any, **options: Any) -> Outcome:
+    """Return the values of a run, or its error."""
+    outcome: Outcome = _tried(lambda: dict(call(*arguments, **options)))
+    return outcome
+
+
 def _tried(call: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
     """Return the result of a call or its error: one run must not cost the others."""
     try:
         return call(*arguments, **options)
     except HarnessError as error:
         return error
+    except Exception as error:  # of a solver that overflows, of a case of another package
+        return EngineOutputError(f"{type(error).__name__}: {error}")
 
 
 def _cells(outcome: Outcome, columns: Mapping[str, str]) -> Row:

@@ -223,11 +223,19 @@ class Session:
         self._run("comparisons", self.comparisons)
 
     def all_rows(self) -> list[Row]:
-        """Return the rows by case and engine."""
+        """Return the rows by case and engine; a second row of one key is a harness error."""
         cases = ["", *(case.name for case in self.cases), *QUALIFYING]
         engines = [*self.benches, *self.versions]  # those that are missing last
-        keys = sorted(self.rows, key=lambda key: (cases.index(key[1]), engines.index(key[0])))
-        return [row for key in keys for row in self.rows[key]]
+        counts: Counter[tuple[str, ...]] = Counter()
+        rows = []
+        for key in sorted(self.rows, key=lambda k: (cases.index(k[1]), engines.index(k[0]))):
+            for row in self.rows[key]:
+                counts[row.key] += 1
+                if (number := counts[row.key]) > 1:
+                    row = replace(row, check=f"{row.check} ({number})".strip())
+                    row = failed(row, Failure.HARNESS, f"{number} rows of one key")
+                rows.append(row)
+        return rows
 
     def sections(self) -> list[Section]:
         """Return the sections of the report; none for a pattern, which runs a part of a case."""

@@ -19,6 +19,7 @@ BAD = {
         ("--wells 3", "--wells 3", "--method steady only"),
         ("--extrapolate --method steady", "--extrapolate", "--method steady"),
         ("--extrapolate --steps-per-contact 9", "--extrapolate", "--steps-per-contact"),
+        ("--extrapolate --tolerance 0.1", "--extrapolate", "--tolerance"),
     ],
     "tower": [
         ("--height 1.5", "--height '1.5'", "whole number"),
@@ -30,6 +31,8 @@ BAD = {
     ],
     "impulse": [
         ("--heights 5-1", "--heights '5-1'", "as 1-19, within 1 to 10000"),
+        ("--heights 1 --heights 0", "--heights '1,0'", "as 1-19"),
+        ("--heights 1-9000", "--force", "minutes on one core"),
         ("--stiffness a", "--stiffness 'a'", "must be a number"),
         ("--figure f.xyz", "--figure f.xyz", ".svg, .png, .pdf"),
         ("--reference no.csv", "--reference no.csv", "goes with --figure"),
@@ -130,6 +133,7 @@ def test_a_test_of_lammps_that_is_none_is_named(command, tmp_path, data):
     (tmp_path / "test.yaml").write_bytes(data)
     text = command("upstream", "test.yaml", status=2).err
     assert text.startswith("dem-harness: test.yaml: ")
+    assert "object has no attribute" not in text
     assert len(text.splitlines()) == 1
 
 

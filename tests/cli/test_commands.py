@@ -1,5 +1,6 @@
 """Commands: keys of their JSON, files, exit status, signals, help without heavy imports."""
 
+import json
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import pandas as pd
 import pytest
 
 from harness.cli import COMMANDS
+from harness.cli.output import output_folder
 from tests.workflows import doubles
 from tests.workflows.doubles import start
 
@@ -63,6 +65,40 @@ def test_an_internal_error_is_status_4(harness, monkeypatch):
     text = harness("run", "bounce", "--engine", "good", status=4).err
     assert "internal error: ZeroDivisionError" in text
     assert "DEM_HARNESS_TRACEBACK=1" in text
+
+
+def test_ctrl_c_while_the_command_line_is_imported_is_a_line(tmp_path):
+    (tmp_path / "cyclopts.py").write_text("raise KeyboardInterrupt")
+    done = subprocess.run([sys.executable, "-m", "harness"], capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": str(tmp_path)}, check=False)  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "dem-harness: interrupted\n")
+
+
+def test_json_is_all_of_stdout_where_stderr_is_closed():
+    shell = f"{sys.executable} -m harness theory --shock 2 --json 2>&-"
+    done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=False)
+    assert json.loads(done.stdout)["status"] == done.returncode == 2
+
+
+def test_two_reports_of_one_second_have_two_folders(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with output_folder(None) as one, output_folder(None) as two:
+        assert one != two
+        (one / "report.html").touch()
+    assert (one.exists(), two.exists()) == (True, False)
+
+
+# ---- the tower
+
+
+def test_heights_may_be_repeated(command):
+    words = ("--heights", "1", "--heights", "3", "--stiffness", "1e6", "--speed", "2")
+    rows = json.loads(command("impulse", *words, "--law", "overlap", "--json").out)["rows"]
+    assert [row["height"] for row in rows] == [1, 3]
+
+
+def test_a_solver_needs_no_cluster(command):
+    assert json.loads(command("tower", "--dask", "nowhere", "--json").out)["solver"] == "rk4"
 
 
 # ---- run
@@ -132,6 +168,12 @@ def test_a_failed_run_of_a_sweep_is_status_3_and_a_reason_on_stderr(harness):
     assert "2 of 4 runs: signal SIGSEGV" in said.err
     assert re.search(r"--output reports/runs/.*-sweep: is written", said.err)
     assert said.out.count("done") == 2
+
+
+def test_a_run_that_overflows_is_a_failed_row(command):
+    words = ("sweep", "tower", "--over", "speed=1,2,1e300", "--set", "height=1")
+    record = json.loads(command(*words, "--engines", "exact", "--json", status=3).out)
+    assert [row["status"] for row in record["rows"]] == ["done", "done", "failed"]
 
 
 def test_a_file_and_options_on_top(answer, tmp_path):

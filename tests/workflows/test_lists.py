@@ -2,12 +2,17 @@
 
 import pytest
 
+from harness import workflows
 from harness.errors import RequestError
 from harness.workflows import cases, inputs, outdated_inputs
 from harness.workflows.lists import input_texts
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
+
+
+def test_the_verbs_are_listed():
+    assert set(workflows.__all__) <= set(dir(workflows))
 
 
 def test_a_case_is_listed_with_units_engines_and_solvers():

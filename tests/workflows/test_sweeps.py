@@ -47,6 +47,15 @@ def test_a_failed_run_is_a_row_and_so_is_one_that_is_refused():
     assert set(frame.loc["good", "status"]) == {"done"}
 
 
+@pytest.mark.parametrize(("call", "engine"), [("measure", "good"), ("solve", "exact")])
+@pytest.mark.parametrize("returned", [lambda *_: 1 / 0, lambda *_: None])
+def test_a_case_that_raises_or_returns_nothing_is_a_failed_row(monkeypatch, call, engine, returned):
+    monkeypatch.setattr(doubles.BounceCase, call, returned)
+    (row,) = swept({"steps": "100"}, engine).rows
+    assert row["status"] == "failed"
+    assert "Error: " in row["reason"]
+
+
 def test_values_that_the_case_refuses_together_are_a_row():
     result = swept({"law.tangential": "none,linear_nohistory"})
     assert [row["status"] for row in result.rows] == ["done", "refused"]

@@ -3,6 +3,7 @@
 import pytest
 
 from harness.cases.base import Check
+from harness.cases.checks import run_checks
 from harness.engines.registry import open_engine
 from harness.errors import RequestError
 from harness.results.rows import KEY, Tolerance, Verdict
@@ -155,6 +156,30 @@ def test_two_checks_of_one_key_are_a_harness_error(monkeypatch):
     rows = verified().rows
     (row,) = rows[rows["engine"] == "harness"].to_dict("records")
     assert (row["failure"], row["note"].partition(":")[0]) == ("harness error", "ValueError")
+
+
+def test_a_comparison_with_the_key_of_a_check_is_a_failed_row(monkeypatch):
+    def again(case, engines):
+        return [(engine, next(case.checks(engine))) for engine in engines]
+
+    monkeypatch.setattr(doubles.BounceCase, "comparisons", again)
+    rows = verified().rows
+    one, two = rows[rows["engine"] == "good"].to_dict("records")
+    assert (one["verdict"], two["verdict"]) == ("pass", "fail")
+    assert (two["failure"], two["check"]) == ("harness error", "(2)")
+
+
+@pytest.mark.usefixtures("other")
+def test_checks_and_comparisons_that_raise_are_a_row_each(monkeypatch):
+    def raising(case, *arguments, **options):
+        if case == "other":
+            raise RuntimeError("planted")
+        return run_checks(case, *arguments, **options)
+
+    monkeypatch.setattr("harness.workflows.verification.run_checks", raising)
+    rows = verified("good,lammps", cases="other").rows
+    assert set(rows["failure"]) == {"harness error"}
+    assert sorted(rows["engine"]) == ["good", "harness", "lammps", "lammps"]
 
 
 def test_an_unknown_level_is_refused():
