@@ -203,8 +203,8 @@ def critical_angle(
 
     if choice.wells is not None and choice.method == "passage":
         raise RequestError(f"--wells {choice.wells}: goes with --method steady only")
-    own = (choice.method, choice.steps_per_contact, choice.tolerance)
-    if choice.extrapolate and own != ("passage", None, None):
+    settings = (choice.method, choice.steps_per_contact, choice.tolerance)
+    if choice.extrapolate and settings != ("passage", None, None):
         others = "--method steady, --steps-per-contact and --tolerance"
         raise RequestError(f"--extrapolate: goes without {others}")
     case, options = choice.system(), dict[str, Any]()
