@@ -128,8 +128,8 @@ def read_test(file: Path) -> UpstreamTest:
 
 
 def _test(values: Any, file: Path) -> UpstreamTest:
-    if not isinstance(values, dict):
-        raise ValueError("it must be keys with their values")
+    if not isinstance(values, dict) or not all(isinstance(v, str) for v in values.values()):
+        raise ValueError("it must be keys with texts as their values")
 
     def lines(name: str) -> list[str]:
         """Return the lines of a block without comments."""

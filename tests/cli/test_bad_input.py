@@ -128,7 +128,9 @@ def test_bad_input_is_status_2_and_names_option_value_and_allowed(request, tmp_p
         assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
 
 
-@pytest.mark.parametrize("data", [b"\xff\xfe\x00", b"a: [", b"- 1\n", b"units: si\n"])
+@pytest.mark.parametrize(
+    "data", [b"\xff\xfe\x00", b"a: [", b"- 1\n", b"units: si\n", b"pair_style: [a]\n"]
+)
 def test_a_test_of_lammps_that_is_none_is_named(command, tmp_path, data):
     (tmp_path / "test.yaml").write_bytes(data)
     text = command("upstream", "test.yaml", status=2).err
