@@ -115,7 +115,7 @@ def inputs(
 
 
 def defect(name: str | None = None, /, *, json: Json = False) -> int:
-    """List known defects; or show one: its cause, releases, effect, and the script that shows it.
+    """List known defects; or show one: its cause, releases, and the script that shows it.
 
     For example:
 

@@ -46,23 +46,12 @@ Window = Literal["turnaround", "structure", "first-contact"]
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class SystemOptions:
-    """What ``critical-angle``, ``tower`` and ``impulse`` share."""
-
-    gravity: float = 9.81
-    """Gravity along the motion [m/s2]; 0 is the air hockey table."""
-    force: Force = False
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class SpringOptions(SystemOptions):
-    """Spring and step of ``critical-angle`` and ``tower``."""
+class SpringOptions:
+    """What ``critical-angle`` and ``tower`` share."""
 
     stiffness: float = 1e6
     """Normal stiffness k [N/m]."""
-    steps_per_contact: Number = None
-    """Steps per contact time pi sqrt(m/k). [default: 4000 by rk4, 1000 in engines]"""
+    force: Force = False
 
 
 @Parameter(name="*")
@@ -89,6 +78,8 @@ class ChainOptions:
 
     mass: float = 1.0
     """Mass of each particle [kg]."""
+    gravity: float = 9.81
+    """Gravity along the motion [m/s2]; 0 is the air hockey table."""
     solver: Annotated[str, Parameter(metavar="NAME", group=ENGINE)] = "rk4"
     """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
     `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
@@ -227,6 +218,8 @@ def critical_angle(
 class TowerOptions(SpringOptions, ChainOptions):
     """The tower and the grain, and how it is run."""
 
+    steps_per_contact: Number = None
+    """Steps per contact time pi sqrt(m/k). [default: 4000 by rk4, 1000 in engines]"""
     height: Whole = 1
     """Contacts; particles - 1."""
     speed: float = 2.0
@@ -281,9 +274,10 @@ def tower(
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class ImpulseOptions(SystemOptions, ChainOptions):
+class ImpulseOptions(ChainOptions):
     """The rows of the table, how an impulse ratio becomes an angle, and files."""
 
+    force: Force = False
     heights: WholeNumbers = None
     """Heights, as `1-19` or `1,2,5`. [default: 1-19]"""
     stiffness: Numbers = None
