@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 Progress = Callable[[str, int, int], None]  # stage, parts done, parts in all; from any thread
+DIGEST_DIGITS = 10  # of a number in a digest: the last ones depend on the CPU
 OWN = "harness"  # the bench of this package's solvers, and the engine of their rows
 
 
@@ -191,6 +192,7 @@ def job_key(job: Job) -> Hashable:
 
 
 def _digest(engine: Engine, jobs: Sequence[Job]) -> str:
+    """Return a digest of jobs that is the same where a number differs by the rounding of a CPU."""
     content = [
         [
             job.template.name,
@@ -201,4 +203,13 @@ def _digest(engine: Engine, jobs: Sequence[Job]) -> str:
         ]
         for job in jobs
     ]
-    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(_rounded(content)).encode()).hexdigest()[:16]
+
+
+def _rounded(content: Any) -> Any:
+    """Return nested lists and tables whose numbers have ``DIGEST_DIGITS`` digits."""
+    if isinstance(content, float):
+        return float(f"{content:.{DIGEST_DIGITS}g}")
+    if isinstance(content, dict):
+        return {name: _rounded(value) for name, value in content.items()}
+    return [_rounded(item) for item in content] if isinstance(content, list | tuple) else content
