@@ -10,7 +10,7 @@ from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
 from harness.solvers import hard_sphere, reference
 from harness.solvers.chain_stepped import run_columns
-from tests.solvers.reference.scenes import HERTZ, HOOKE, on_row, resting
+from tests.solvers.reference.scenes import HERTZ, HOOKE, resting
 
 
 def _chain():
@@ -25,7 +25,6 @@ def _reference():
 
 
 def _rigid():
-    reference.run(on_row(steps=10, friction=0.1))
     hard_sphere.critical_angle(0.1)
 
 

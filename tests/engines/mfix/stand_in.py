@@ -16,7 +16,8 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
+if not {"--help", "--version"} & {*sys.argv}:  # asked without it, which takes most of the time
+    import numpy as np
 
 VERSIONS = {"0.0": " 0.0", "blank": " " * 11}
 HELP = " Usage: mfixsolver [-f,--file <filename>] (Default: mfix.dat)\n        <KEYWORD>=<VALUE>"
