@@ -1,13 +1,14 @@
 """The duration of the first contact of an impact, from which the step of a run is chosen.
 
-The motion along the normal, m* x'' = -F(x, x') with the overlap x, is integrated by an adaptive
-Runge-Kutta method of order 8 (Hairer, Norsett and Wanner, 1993). Two spheres that meet at an angle
-turn about one another, which ends the contact earlier, by a share of some u^2 t / (4 r v): that is
-the difference of two runs of the reference, in the limit of small steps. So is the duration of a
+The motion along the normal, m* x'' = -F(x, x') with the overlap x, is integrated by the classical
+Runge-Kutta method with steps that are halved to find their error (Hairer, Norsett and Wanner,
+Solving Ordinary Differential Equations I (1993), II.4). Two spheres that meet at an angle turn
+about one another, which ends the contact earlier, by a share of some u^2 t / (4 r v): that is the
+difference of two runs of the reference, in the limit of small steps. So is the duration of a
 contact that yields, whose law has a memory of its own.
 
-Sources of the forces are those of :mod:`harness.model.law`; of mdr its limit of small steps, on
-rigid flats without the factor that a code has at walls.
+Forces are those of the reference; of mdr on rigid flats without the factor that a code has at
+walls, and of a bulk that takes all that is displaced the limit of small steps.
 """
 
 from __future__ import annotations
@@ -15,26 +16,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import lru_cache
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from harness.compiled import shielded
 from harness.errors import RequestError
 from harness.model.base import ZERO
 from harness.model.conventions import Faults, Rules
-from harness.model.law import DAMPING, Law
-from harness.model.scene import Floats, Scene, effective_mass, effective_radius
-from harness.solvers import mdr, reference
-from harness.solvers.contacts import jkr_radius
-from harness.solvers.kernels import FORCE
+from harness.model.law import Law
+from harness.model.scene import Scene, effective_mass, effective_radius
+from harness.solvers import reference
+from harness.solvers.contacts import System, find_press
+from harness.solvers.friction import Touch
+from harness.solvers.kernels import FORCE, Records, kernel
 
-TOLERANCE = 1e-13  # relative, of a step of the integration
-MOST_STEPS = 100_000  # with those that are repeated
-STEPS_AT_ONCE = 900  # an integration takes some 80; after 1000 it would be given up as stiff
+TOLERANCE = 1e-14  # relative, of a step of the integration
 MOST_CORRECTIONS = 20  # by Newton's method, which takes some five
 LONGEST = 64.0  # times the guess that a contact may take: a strong dashpot draws it out
 FINE_STEPS = 5000  # of a contact, of the coarser of two runs of the reference
-_Phase = tuple[float, Floats]  # time, overlap and its rate, in the units of an impact
+Phase = tuple[float, float, float]  # time [s], overlap [m] and its rate [m/s]
 LIMIT = Rules(mdr_wall_force="plain", mdr_growth="whole", mdr_growth_steps=1.0)
 
 
@@ -50,7 +51,7 @@ def contact_time(scene: Scene) -> float:
         unit = min(yield_time(scene), impact.elastic_time)
         coarse = unit / math.ceil(unit / impact.elastic_time * FINE_STEPS) * FINE_STEPS
         return _extrapolated(lambda steps: _stepped_time(scene, coarse / steps))
-    lasts = _normal_time(impact)
+    lasts = _normal_time(_straight(scene))
     return lasts + _shift(scene, lasts, _stepped_time)
 
 
@@ -61,10 +62,10 @@ def yield_time(scene: Scene) -> float:
     if not impact.yields:
         return math.inf
     overlap = _yield_depth(impact.law, impact.first) * (2.0 if impact.second else 1.0)
-    until = _solve(impact, overlap, closing=True)
-    if until is None:
-        return math.inf
     elastic = scene.replace(law=scene.law.replace(yield_stress=None))
+    until = _solve(_straight(elastic), overlap, closing=True)
+    if math.isnan(until):
+        return math.inf
     return until + _shift(
         elastic, until, lambda scene, step: _time_of_overlap(scene, step, overlap, 0.98 * until)
     )
@@ -76,9 +77,10 @@ def before(scene: Scene, lead: float) -> Scene:
     for body in scene.bodies:
         x, v = np.array(body.position), np.array(body.velocity)
         place, velocity = x - lead * v + 0.5 * lead * lead * g, v - lead * g
-        bodies.append(body.replace(position=place.tolist(), velocity=velocity.tolist()))
+        moved = {"position": tuple(place.tolist()), "velocity": tuple(velocity.tolist())}
+        bodies.append(body.model_copy(update=moved))
         g = np.zeros(3)  # the others do not fall
-    return scene.replace(bodies=tuple(bodies))
+    return scene.model_copy(update={"bodies": tuple(bodies)})  # which was checked at touch
 
 
 class _Impact(NamedTuple):
@@ -116,12 +118,26 @@ class _Impact(NamedTuple):
         return float(2.94 * (1.25 * self.mass * self.speed**2 / k) ** 0.4 / self.speed)
 
 
+def _straight(scene: Scene) -> Scene:
+    """Return the impact along the normal alone: equal ones are integrated once."""
+    bodies = tuple(
+        body.model_copy(update={"velocity": (0.0, 0.0, body.velocity[2]), "angular_velocity": ZERO})
+        for body in scene.bodies
+    )
+    return scene.model_copy(update={"bodies": bodies, "law": _impact(scene).law, "laws": ()})
+
+
+@lru_cache(maxsize=4096)
+def _normal_law(law: Law) -> Law:
+    parts = dict.fromkeys(("tangential", "rolling", "twisting"), "none")
+    return law.one_material.replace(**parts, interface="current")
+
+
 def _impact(scene: Scene) -> _Impact:
     first, second = scene.bodies[0], scene.bodies[1] if len(scene.bodies) > 1 else None
-    law = scene.law_of(first.type, (second or scene.walls[0]).type).one_material
     falls = second is None or second.motion == "frozen"
     return _Impact(
-        law=law.replace(tangential="none", rolling="none", twisting="none", interface="current"),
+        law=_normal_law(scene.law_of(first.type, (second or scene.walls[0]).type)),
         mass=effective_mass(first, second),
         radius=effective_radius(first, second),
         first=first.radius,
@@ -139,23 +155,37 @@ def _shift(scene: Scene, unit: float, time_of: Callable[[Scene, float], float]) 
     turns = any(any(body.velocity[:2]) or any(body.angular_velocity) for body in scene.bodies)
     if len(scene.bodies) == 1 or not turns:
         return 0.0
-    bodies = (
-        body.replace(velocity=(0.0, 0.0, body.velocity[2]), angular_velocity=ZERO)
-        for body in scene.bodies
-    )
-    straight = scene.replace(bodies=tuple(bodies))
+    straight = _straight(scene)
     return _extrapolated(
         lambda steps: time_of(scene, unit / steps) - time_of(straight, unit / steps)
     )
 
 
-# ---- along the normal
+# ---- along the normal, by the forces of the reference
+
+
+class _Approach(NamedTuple):
+    """The motion along the normal, for compiled code: a contact, and what it was at the start.
+
+    ``bulk`` [Pa] is the bulk modulus of spheres that have no other response, else 0.
+    """
+
+    system: System
+    largest: float
+    sides: Records
+    mass: float
+    radius: float
+    other: float
+    gravity: float
+    least: float
+    bulk: float
 
 
 @lru_cache(maxsize=4096)
-def _normal_time(impact: _Impact) -> float:
-    time = _solve(impact, impact.last_overlap, closing=False)
-    if time is None:
+def _normal_time(straight: Scene) -> float:
+    impact = _impact(straight)
+    time = _solve(straight, impact.last_overlap, closing=False)
+    if math.isnan(time):
         raise _endless(impact.law)
     return time
 
@@ -169,175 +199,117 @@ def _endless(law: Law) -> RequestError:
     )
 
 
-def _solve(impact: _Impact, end: float, *, closing: bool) -> float | None:
-    """Return when the overlap first is ``end`` [m] on its way in or out [s], None for never."""
-    unit, speed = impact.elastic_time, impact.speed
-    force = _force(impact)
-    length, pull = speed * unit, impact.gravity * unit / speed
-    factor = unit / speed / impact.mass
-    turned = 0.0  # largest overlap of a contact that remembers it [m]
-
-    def rates(_: float, y: Floats) -> tuple[float, float]:
-        x = float(y[0]) * length
-        resisting = force(max(x, min(end, 0.0)), float(y[1]) * speed, turned)
-        return float(y[1]), pull - factor * resisting
-
-    start: _Phase = (0.0, np.array([0.0, 1.0]))
+def _solve(straight: Scene, end: float, *, closing: bool) -> float:
+    """Return when the overlap first is ``end`` [m] on its way in or out [s], NaN for never."""
+    impact, system = _impact(straight), reference.system_of(straight, LIMIT, Faults())
+    nu, modulus = impact.law.poisson_ratio or 0.0, 2.0 * impact.law.effective_modulus
+    approach = _Approach(
+        system,
+        largest=0.0,
+        sides=system.sides[0].copy(),
+        mass=impact.mass,
+        radius=impact.radius,
+        other=impact.second,
+        gravity=impact.gravity,
+        least=min(end, 0.0),
+        bulk=modulus * (1.0 - nu * nu) / (3.0 - 6.0 * nu) if impact.law.bulk_share else 0.0,
+    )
+    start, scales = (0.0, 0.0, impact.speed), (impact.elastic_time, impact.speed)
     if closing:
-        reached = _first(rates, start, (-1.0, 0.0), -end / length)
-    else:
-        turning = _first(rates, start, (0.0, 1.0), 0.0)
-        if turning is None:
-            return None
-        turned = float(turning[1][0]) * length
-        reached = _first(rates, turning, (1.0, 0.0), end / length)
-    return None if reached is None else reached[0] * unit
+        return shielded(_first, approach, start, (-1.0, 0.0), -end, *scales)[0]
+    turn = shielded(_first, approach, start, (0.0, 1.0), 0.0, *scales)
+    if not math.isnan(turn[0]):  # the contact remembers its largest overlap
+        _acceleration(approach, turn[1], 0.0)
+        approach = approach._replace(largest=turn[1], sides=system.sides[0].copy())
+    return shielded(_first, approach, turn, (1.0, 0.0), end, *scales)[0]
 
 
+@kernel
 def _first(
-    rates: Callable[[float, Floats], tuple[float, float]],
-    start: _Phase,
-    weights: tuple[float, float],
-    end: float,
-) -> _Phase | None:
-    """Return where the weighted sum of overlap and rate first falls to ``end``, None for never.
+    approach: _Approach, start: Phase, weights: tuple[float, float], end: float, unit: float,
+    speed: float,
+) -> Phase:  # fmt: skip
+    """Return where the weighted sum of overlap and rate first falls to ``end``, NaN for never.
 
     The steps of the integration lead past it; Newton's method goes back, each time by a step from
-    the last state before.
+    the last state before. ``unit`` [s] and ``speed`` [m/s] are the scales of errors.
     """
-    from scipy.integrate import ode
-
-    last, steps = start, 0
-
-    def excess(y: Floats) -> float:
-        return float(weights[0] * y[0] + weights[1] * y[1]) - end
-
-    def stops(time: float, y: Floats) -> Literal[-1, 0]:
-        nonlocal last, steps
-        if excess(y) < 0.0 and time > start[0]:
-            return -1
-        last, steps = (time, y.copy()), steps + 1
-        return 0 if steps % STEPS_AT_ONCE else -1
-
-    def integrator() -> ode:
-        return ode(rates).set_integrator(
-            "dop853", rtol=TOLERANCE, atol=1e-3 * TOLERANCE, nsteps=MOST_STEPS
-        )
-
-    solver = integrator()
-    solver.set_solout(stops)
-    solver.set_initial_value(start[1], start[0])
-    while solver.t < LONGEST and excess(solver.integrate(LONGEST)) >= 0.0:
-        pass
-    if excess(solver.y) >= 0.0:
-        return None
-    (origin, state), time, y = last, solver.t, solver.y
-    for _ in range(MOST_CORRECTIONS):
-        rate, acceleration = rates(time, y)
-        change = -excess(y) / (weights[0] * rate + weights[1] * acceleration)
-        time += change
-        y = integrator().set_initial_value(state, origin).integrate(time)
-        if abs(change) <= TOLERANCE * time:
-            break
-    return time, y
+    time, x, v = start
+    h = 1e-3 * unit
+    while time < LONGEST * unit:
+        next_x, next_v, error = _stride(approach, x, v, h, unit, speed)
+        if error > TOLERANCE:
+            h *= max(0.1, 0.9 * (TOLERANCE / error) ** 0.2)
+            continue
+        if weights[0] * next_x + weights[1] * next_v < end:
+            for _ in range(MOST_CORRECTIONS):
+                rate = weights[0] * next_v + weights[1] * _acceleration(approach, next_x, next_v)
+                change = (end - weights[0] * next_x - weights[1] * next_v) / rate
+                h += change
+                next_x, next_v, _ = _stride(approach, x, v, h, unit, speed)
+                if abs(change) <= 1e-15 * unit:
+                    break
+            return time + h, next_x, next_v
+        time, x, v = time + h, next_x, next_v
+        h *= min(4.0, 0.9 * (TOLERANCE / max(error, 1e-300)) ** 0.2)
+    return math.nan, x, v
 
 
-def _force(impact: _Impact) -> Callable[[float, float, float], float]:
-    """Return the normal force [N] as a function of overlap [m], its rate [m/s] and the largest."""
-    law, mass = impact.law, impact.mass
-    elastic, (p, q, s) = _elastic(impact), DAMPING[law.damping].powers
-    factor = reference.dashpot_coefficient(law, Faults()) * mass**p
-    stiffness = law.normal_stiffness
-    slope = 2.0 * (law.moduli[0] if law.moduli else 0.0) * (1.0 if impact.second else 2.0)
+@kernel
+def _stride(
+    approach: _Approach, x: float, v: float, h: float, unit: float, speed: float
+) -> tuple[float, float, float]:
+    """Return overlap [m] and rate [m/s] after a time, and their relative error.
 
-    def force(x: float, rate: float, largest: float) -> float:
-        spring, a = elastic(x, largest)
-        eta = factor * a**q
-        if s:
-            secant = stiffness or (spring / x if x > 0.0 else 0.0)
-            eta *= math.sqrt(mass * max(secant, 0.0))
-        elif law.damping == "mdr":
-            eta *= math.sqrt(mass * slope * a)
-        total = spring + eta * rate
-        return max(total, 0.0) if law.clipped else total
-
-    return force
+    By two steps of half the time, corrected by a step of the whole, of which the error is.
+    """
+    coarse_x, coarse_v = _step(approach, x, v, h)
+    x, v = _step(approach, x, v, 0.5 * h)
+    x, v = _step(approach, x, v, 0.5 * h)
+    change_x, change_v = (x - coarse_x) / 15.0, (v - coarse_v) / 15.0
+    error = (abs(change_x) / unit + abs(change_v)) / speed
+    return x + change_x, v + change_v, error
 
 
-def _elastic(impact: _Impact) -> Callable[[float, float], tuple[float, float]]:
-    """Return elastic force [N] and contact radius [m] as a function of overlap and largest [m]."""
-    law, radius = impact.law, impact.radius
-    gamma = law.surface_energy or 0.0
-    if law.normal == "mdr":
-        return _elastic_mdr(impact)
-    if law.normal_stiffness is not None:
-        k = law.normal_stiffness
-        return lambda x, _: (k * x, math.sqrt(radius * max(x, 0.0)))
-    modulus = law.effective_modulus
-
-    def hertz(x: float, _: float) -> tuple[float, float]:
-        a = math.sqrt(radius * max(x, 0.0))
-        pull = 4.0 * math.pi * gamma * radius if law.normal == "dmt" else 0.0
-        return 4.0 / 3.0 * modulus * a * x - pull, a
-
-    def jkr(x: float, _: float) -> tuple[float, float]:
-        a = jkr_radius(modulus, gamma, radius, x)
-        tension = 4.0 * math.sqrt(math.pi * gamma * modulus * a**3)
-        return 4.0 / 3.0 * modulus * a**3 / radius - tension, a
-
-    return jkr if law.normal == "jkr" and gamma else hertz
+@kernel
+def _step(approach: _Approach, x: float, v: float, h: float) -> tuple[float, float]:
+    """Take a step of the classical method of Runge and Kutta."""
+    first = _acceleration(approach, x, v)
+    second = _acceleration(approach, x + 0.5 * h * v, v + 0.5 * h * first)
+    third = _acceleration(approach, x + 0.5 * h * (v + 0.5 * h * first), v + 0.5 * h * second)
+    last = _acceleration(approach, x + h * (v + 0.5 * h * second), v + h * third)
+    x += h * v + h * h / 6.0 * (first + second + third)
+    return x, v + h / 6.0 * (first + 2.0 * (second + third) + last)
 
 
-# ---- mdr: each side on a rigid flat (Zunker and Kamrin 2024)
+@kernel
+def _acceleration(approach: _Approach, x: float, v: float) -> float:
+    """Return the acceleration of the overlap [m/s2] at an overlap [m] and its rate [m/s]."""
+    system, contact = approach.system, approach.system.contacts[0]
+    contact.largest = approach.largest
+    for k in range(2):
+        system.sides[0, k] = approach.sides[k]
+    overlap = max(x, approach.least)
+    overlap = 1e-300 if overlap == 0.0 else overlap  # mdr divides by it
+    touch = Touch((0.0, 0.0, 1.0), overlap, approach.other, ZERO)
+    press = find_press(system, 0, touch, approach.radius, -v, True)
+    force = press.force
+    if approach.bulk > 0.0:
+        force = _bulk_force(approach) + press.eta * v
+        if system.laws[contact.law].clipped:
+            force = max(force, 0.0)
+    return approach.gravity - force / approach.mass
 
 
-def _elastic_mdr(impact: _Impact) -> Callable[[float, float], tuple[float, float]]:
-    law, radii = impact.law, (impact.first, impact.second)
-    assert law.moduli is not None
-    modulus, gamma = 2.0 * law.moduli[0], law.surface_energy or 0.0
-    nu = law.poisson_ratio or 0.0
-    bulk = modulus * (1.0 - nu * nu) / (3.0 * (1.0 - 2.0 * nu)) if law.bulk_share else 0.0
-
-    def side(depth: float, largest: float, r: float) -> tuple[float, float]:
-        if bulk:  # K A^2 d / V, A = pi R d: nothing is left to the ellipse
-            volume = 4.0 / 3.0 * math.pi * r**3 - math.pi / 3.0 * depth**2 * (3.0 * r - depth)
-            return bulk * (math.pi * r * depth) ** 2 * depth / volume, math.sqrt(r * depth)
-        if gamma and largest > depth:
-            return _stuck(modulus, gamma, r, depth, largest)
-        depth = max(depth, 0.0)
-        a = 0.5 * math.sqrt((4.0 * r - depth) * depth)
-        return mdr.ellipse_force(modulus, 4.0 * r, 2.0 * r, depth), a
-
-    def force(x: float, largest: float) -> tuple[float, float]:
-        first, second = radii
-        if not second:
-            return side(x, largest, first)
-        most = max(x, largest)
-        share = (2.0 * second - most) / (2.0 * (first + second - most))
-        first_force, a = side(share * x, share * largest, first)
-        other = side((1.0 - share) * x, (1.0 - share) * largest, second)[0]
-        return 0.5 * (first_force + other), a
-
-    return force
-
-
-def _stuck(
-    modulus: float, gamma: float, r: float, depth: float, largest: float
-) -> tuple[float, float]:
-    """Return force [N] and contact radius [m] of a side that sticks as it opens."""
-    length, height, width = 2.0 * math.pi * gamma / modulus, 4.0 * r, 2.0 * r
-    a = 0.5 * math.sqrt((4.0 * r - largest) * largest)
-    least = mdr.least_neck(length, height, width)
-    lets_go, g, slope = mdr.neck(length, height, width, a)
-    for _ in range(100):
-        if depth >= lets_go or a <= least:
-            break
-        change = (lets_go - depth) / slope
-        a = max(a - change, least)
-        lets_go, g, slope = mdr.neck(length, height, width, a)
-        if change <= 4e-16 * a:
-            break
-    return mdr.ellipse_force(modulus, height, width, g) + 2.0 * modulus * a * (depth - g), a
+@kernel
+def _bulk_force(approach: _Approach) -> float:
+    """Return K A^2 d / V [N] of each side, A = pi R d: nothing is left to the ellipse."""
+    total, count = 0.0, 1 if approach.other == 0.0 else 2
+    for k in range(count):
+        r, depth = approach.system.bodies[k].radius, approach.system.sides[0, k].depth
+        volume = math.pi / 3.0 * (4.0 * r**3 - depth * depth * (3.0 * r - depth))
+        total += approach.bulk * (math.pi * r * depth) ** 2 * depth / volume
+    return total / count
 
 
 def _yield_depth(law: Law, radius: float) -> float:
@@ -365,6 +337,7 @@ def _extrapolated(time_at: Callable[[int], float]) -> float:
     return 2.0 * time_at(2 * FINE_STEPS) - time_at(FINE_STEPS)
 
 
+@lru_cache(maxsize=4096)  # impacts with and without friction have one straight part
 def _stepped_time(scene: Scene, step: float) -> float:
     """Return the time from touch to the end of the first contact in the reference [s]."""
     impact, steps = _impact(scene), int(LONGEST) * FINE_STEPS * 2

@@ -323,7 +323,7 @@ def _add_contact(system: System, c: int, touch: Touch, radius: float, h: float) 
         relative = minus(relative, vector(state[j, VELOCITY]))
     elif h > 0.0 or not rules.wall_at_rest_in_setup:
         relative = minus(relative, touch.drift)
-    press = _press(system, c, touch, radius, dot(relative, n), h > 0.0)
+    press = find_press(system, c, touch, radius, dot(relative, n), h > 0.0)
     along = couple = ZERO
     if law.rubs:
         motion = relative, vector(state[i, SPIN]), vector(state[j, SPIN]) if pair else ZERO
@@ -352,7 +352,7 @@ def _act(body: Floats, force: Vector, torque: Vector, sign: float) -> None:
 
 
 @inlined
-def _press(
+def find_press(
     system: System, c: int, touch: Touch, radius: float, parting: float, moves: bool
 ) -> Press:
     """Return the normal part of a contact with R* [m] that parts at a speed [m/s]."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeVar
 
@@ -56,7 +57,7 @@ class Simulation:
         rules = rules or Rules()
         scene = _mixed(scene, rules)
         self.scene, self.faults, self.step_number = scene, faults or Faults(), 0
-        self.system = _system(scene, rules, self.faults)
+        self.system = system_of(scene, rules, self.faults)
         self._stages = kernels.stages_of(scene, rules)
         starts = np.cumsum([0, *(segment.steps for segment in scene.segments)]).tolist()
         self._segments = dict(zip(starts, scene.segments, strict=False))
@@ -166,7 +167,8 @@ def limit(
 # ---- a scene as records, for compiled code
 
 
-def _system(scene: Scene, rules: Rules, faults: Faults) -> System:
+def system_of(scene: Scene, rules: Rules, faults: Faults) -> System:
+    """Return the records of a scene at its start, whose laws have one restitution and friction."""
     laws: dict[tuple[Law, bool], dict[str, Any]] = {}
     pairs = [_contact(scene, rules, faults, laws, i, j) for i, j in _partners(scene)]
     state = np.zeros((len(scene.bodies), PARTS, 3))
@@ -265,6 +267,7 @@ def _rules(scene: Scene, rules: Rules, faults: Faults) -> dict[str, Any]:
     }
 
 
+@lru_cache(maxsize=4096)
 def _law(law: Law, faults: Faults, *, wall: bool) -> dict[str, Any]:
     where = ("all", "walls") if wall else ("all",)
     shear = law.moduli[1] if law.moduli else 0.0
@@ -296,12 +299,15 @@ def _law(law: Law, faults: Faults, *, wall: bool) -> dict[str, Any]:
     }
 
 
-def _codes(parameters: Parameters) -> dict[str, Any]:
+@lru_cache(maxsize=4096)
+def _codes(parameters: Parameters) -> Mapping[str, Any]:
     """Return the values of fields as numbers: words by their place, None as 0."""
-    codes: dict[str, Any] = {}
-    for name, value in parameters:
-        places = kernels.words(type(parameters), name)
-        codes[name] = places[value] if isinstance(value, str) else 0.0 if value is None else value
+    codes = dict(parameters)
+    for name, value in codes.items():
+        if isinstance(value, str):
+            codes[name] = kernels.words(type(parameters), name)[value]
+        elif value is None:
+            codes[name] = 0.0
     return codes
 
 
@@ -312,11 +318,7 @@ def _kind(row: Mapping[str, Any]) -> np.dtype[Any]:
 
 
 def _records(kind: np.dtype[Any], rows: list[dict[str, Any]]) -> NDArray[Any]:
-    table = np.zeros(len(rows), dtype=kind)
-    for record, row in zip(table, rows, strict=True):
-        for name in row:
-            record[name] = row[name]
-    return table
+    return np.array([tuple(row.values()) for row in rows], dtype=kind)
 
 
 def tsuji(restitution: Number) -> Number:

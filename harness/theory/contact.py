@@ -13,7 +13,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.special import beta
@@ -270,6 +269,8 @@ def spring_strains(strains: Floats, limit: Floats) -> Floats:
 
 def _normal_motion(steps: int) -> tuple[Floats, Floats]:
     """Return times and overlaps of a Hertzian impact with E* = R = m = v = 1, (steps + 1,)."""
+    from scipy.integrate import solve_ivp  # slow to load
+
     time = np.linspace(0.0, contact_time(1.0, 4.0 / 3.0, 1.0), steps + 1)
     run = solve_ivp(
         lambda _, y: [y[1], -4.0 / 3.0 * max(y[0], 0.0) ** 1.5],

@@ -82,6 +82,7 @@ def needs_new_process(scene: Scene, variation: Variation, release: str | None) -
     return early and _atoms(scene, variation).mixes
 
 
+@lru_cache(maxsize=4096)  # the rules, the run and the report each take it
 def script(scene: Scene, variation: Variation = PLAIN) -> str:
     """Return the LAMMPS script of a scene, which writes its samples to ``motion.dump``.
 
