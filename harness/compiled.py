@@ -8,7 +8,6 @@ they are read: they are read only from a folder that this user alone may write.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import sys
 import threading
@@ -88,9 +87,11 @@ def _is_private(place: Path, folder: Path) -> bool:
 
     One that cannot be made has nothing to be read: numba chooses a folder of its own.
     """
-    with contextlib.suppress(OSError):
+    try:
         make_private(folder)
-    if not folder.is_dir():
+        if not folder.is_dir():
+            return True
+    except OSError:  # also where the user may not look into a folder above it
         return True
     linked = "it is a link" if folder.is_symlink() else ""
     reason = linked or writable_by_others(place, 0) or writable_by_others(folder)

@@ -45,6 +45,12 @@ def test_a_kernel_is_kept_where_the_user_says(tmp_path):
     assert run.stdout.strip() == repr(str(tmp_path / "mine"))
 
 
+def test_a_place_into_which_the_user_may_not_look_costs_no_run(tmp_path):
+    """Root may look into all folders; a name that is too long fails in the same way."""
+    (tmp_path / "kernel.py").write_text(KERNEL)
+    assert "error" not in run_python("import kernel", tmp_path, tmp_path / ("x" * 300)).stderr
+
+
 def test_a_full_disk_costs_a_line_and_no_run(monkeypatch, capsys, tmp_path):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
