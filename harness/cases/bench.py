@@ -5,8 +5,6 @@ Checks, tables and figures take their runs from the bench, so that none is made 
 
 from __future__ import annotations
 
-import hashlib
-import json
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 Progress = Callable[[str, int, int], None]  # stage, parts done, parts in all; from any thread
-DIGEST_DIGITS = 10  # of a number in a digest: the last ones depend on the CPU
 OWN = "harness"  # the bench of this package's solvers, and the engine of their rows
 
 
@@ -132,8 +129,10 @@ class Bench:
 
     def inputs_digest(self, jobs: Sequence[Job]) -> str:
         """Return a digest of what jobs give the engine; empty without jobs."""
+        from harness.results.inputs import digest
+
         key = ("inputs", *map(job_key, jobs))
-        return self._runs(key, lambda: _digest(self.engine, jobs)) if jobs else ""
+        return self._runs(key, lambda: digest(_content(self.engine, jobs))) if jobs else ""
 
     def output(self, job: Job) -> Output:
         """Return the output of a job. Raise EngineError for a run that failed."""
@@ -191,9 +190,9 @@ def job_key(job: Job) -> Hashable:
     return ("job", template.package, template.name, job.variant, values, job.sampled, job.scene)
 
 
-def _digest(engine: Engine, jobs: Sequence[Job]) -> str:
-    """Return a digest of jobs that is the same where a number differs by the rounding of a CPU."""
-    content = [
+def _content(engine: Engine, jobs: Sequence[Job]) -> list[Any]:
+    """Return all that jobs give the engine."""
+    return [
         [
             job.template.name,
             job.variant,
@@ -203,13 +202,3 @@ def _digest(engine: Engine, jobs: Sequence[Job]) -> str:
         ]
         for job in jobs
     ]
-    return hashlib.sha256(json.dumps(_rounded(content)).encode()).hexdigest()[:16]
-
-
-def _rounded(content: Any) -> Any:
-    """Return nested lists and tables whose numbers have ``DIGEST_DIGITS`` digits."""
-    if isinstance(content, float):
-        return float(f"{content:.{DIGEST_DIGITS}g}")
-    if isinstance(content, dict):
-        return {name: _rounded(value) for name, value in content.items()}
-    return [_rounded(item) for item in content] if isinstance(content, list | tuple) else content

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from harness.results.inputs import differ
 from harness.results.rows import COLUMNS, KEY, Kind, Verdict
 
 Mask = NDArray[np.bool_]
@@ -139,8 +140,7 @@ def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.ob
     valued = both["verdict_before"] != Verdict.NOT_TESTED
     failed = both["verdict_after"] == Verdict.FAIL
     ranks = [both[f"verdict_{side}"].map(RANKS).fillna(BEST_RANK) for side in ("before", "after")]
-    inputs = [_texts(both[f"inputs_{side}"]) for side in ("before", "after")]
-    other_input = (inputs[0] != inputs[1]) & (inputs[0] != "") & (inputs[1] != "")
+    other_input = differ(*(_texts(both[f"inputs_{side}"]) for side in ("before", "after")))
     old, new = both["value_before"].to_numpy(float), both["value_after"].to_numpy(float)
     with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
         distance = np.abs(new - old)
