@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.base import SCENE, Engine, Job, Output
@@ -112,7 +112,12 @@ class Bench:
     def prepare_scenes(self, jobs: Iterable[Job]) -> None:
         """Run the jobs that are scenes alone in one batch: a process takes as long to start."""
         scenes = [job for job in jobs if job.template is SCENE and not self.refusal(job)]
-        self.prepare(scenes)
+        pool = ThreadPoolExecutor(1)  # checks wait for processes, and then for the reference
+        pool.map(self.reference, filter(None, (job.scene for job in scenes)))
+        try:
+            self.prepare(scenes)
+        finally:
+            pool.shutdown(cancel_futures=True)
 
     def outcomes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the output of each job, or the error of its run, in order."""

@@ -320,6 +320,8 @@ class _Run:
         if defect.error:
             return [row.key for _, row in self.deciding]
         try:
+            if not self.trial.is_changed_by(defect):
+                return []
             bench = self.bench.substituting(self.trial.motions((defect,)))
         except NO_MOTION:
             return []

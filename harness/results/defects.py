@@ -147,13 +147,17 @@ class Trial:
         """
         from harness.solvers import reference  # compiled: slow to import
 
-        motions = {}
-        for scene, rules in self.rules.items():
-            law, changes = _switches("law", defects, scene), _switches("rules", defects, scene)
-            faults = Faults(**_switches("faults", defects, scene), **fitted)
-            altered = _with_law(scene, law) if law else scene
-            motions[scene] = reference.run(altered, rules.replace(**changes), faults)
-        return motions
+        return {
+            scene: reference.run(*_altered(scene, rules, defects, fitted))
+            for scene, rules in self.rules.items()
+        }
+
+    def is_changed_by(self, defect: KnownDefect) -> bool:
+        """Return whether the switch of a defect changes the reference of a scene."""
+        return any(
+            _altered(scene, rules, (defect,), {}) != (scene, rules, Faults())
+            for scene, rules in self.rules.items()
+        )
 
     def motion_with(self, defects: Sequence[KnownDefect], **fitted: Any) -> Motion | None:
         """Return :meth:`motions` of its only scene, None where there is none."""
@@ -225,6 +229,15 @@ def _without(group: tuple[KnownDefect, ...], other: KnownDefect) -> tuple[KnownD
 
 
 # ---- values by name. E* and G* are those of Johnson (1985), equations 4.3 and 7.43.
+
+
+def _altered(
+    scene: Scene, rules: Rules, defects: Sequence[KnownDefect], fitted: Mapping[str, Any]
+) -> tuple[Scene, Rules, Faults]:
+    """Return what the reference runs with the switches of defects."""
+    law, changes = _switches("law", defects, scene), _switches("rules", defects, scene)
+    faults = Faults(**_switches("faults", defects, scene), **fitted)
+    return _with_law(scene, law) if law else scene, rules.replace(**changes), faults
 
 
 def _switches(part: str, defects: Sequence[KnownDefect], scene: Scene) -> dict[str, Any]:
