@@ -433,13 +433,14 @@ class _Sliding:
 
     def squared(self, angle: Any) -> Any:
         """Return v^2 at an angle, or at an array of angles."""
+        at: Any = np if isinstance(angle, np.ndarray) else math  # ten times as fast at one angle
         first = self.start.angle  # differences to it, as v^2 may be small against 1
-        half, middle = np.sin((angle - first) / 2.0), (angle + first) / 2.0
-        grown = np.expm1(2.0 * self.mu * (angle - first))
+        half, middle = at.sin((angle - first) / 2.0), (angle + first) / 2.0
+        grown = at.expm1(2.0 * self.mu * (angle - first))
         return (
             self.start.speed**2 * (1.0 + grown)
-            - self._cosine * (2.0 * np.sin(middle) * half + np.cos(first) * grown)
-            + self._sine * (2.0 * np.cos(middle) * half - np.sin(first) * grown)
+            - self._cosine * (2.0 * at.sin(middle) * half + math.cos(first) * grown)
+            + self._sine * (2.0 * at.cos(middle) * half - math.sin(first) * grown)
         )
 
     def normal_force(self, angle: float) -> float:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
@@ -379,14 +380,20 @@ def scene_of(case: Incline, route: Route, every: int | None = None) -> Scene:
 
 def _bodies(case: Incline, route: Route) -> tuple[Body, ...]:
     x, y, vx, vy, spin = start_of(case, route)
-    fixed: Any = "frozen" if case.contact.effective_mass == "full" else "held"
-    row_mass = case.density * math.pi / 6.0 * case.diameter**3
     grain = _body(case, case.grain, case.mass).replace(
         position=(x, y, 0.0), velocity=(vx, vy, 0.0), angular_velocity=(0.0, 0.0, spin)
     )
+    row_mass = case.density * math.pi / 6.0 * case.diameter**3
+    fixed = "frozen" if case.contact.effective_mass == "full" else "held"
     sphere = _body(case, case.diameter, row_mass).replace(motion=fixed)
-    places = case.diameter * np.arange(min(case.spheres, MOST_SCENE_SPHERES))
-    return (grain, *(sphere.replace(position=(float(x), 0.0, 0.0)) for x in places))
+    return (grain, *_row(sphere, min(case.spheres, MOST_SCENE_SPHERES)))
+
+
+@lru_cache(maxsize=64)
+def _row(sphere: Body, count: int) -> tuple[Body, ...]:
+    """Return touching spheres along x: the same objects for all cases of a search."""
+    places = 2.0 * sphere.radius * np.arange(count)
+    return tuple(sphere.replace(position=(float(x), 0.0, 0.0)) for x in places)
 
 
 def _body(case: Incline, diameter: float, mass: float) -> Body:

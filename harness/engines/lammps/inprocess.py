@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import math
 import os
 import queue
 import re
@@ -328,7 +329,7 @@ def run_deformable(lammps: Any, script: Path, values: Mapping[str, str]) -> None
         clipped = values["tail"] == "clipped"
         force = ExternalForce(columns_force(count, stiffness, diameter, damping, clipped))
     else:
-        force = ExternalForce(row_force(int(values["height"]), stiffness, diameter))
+        force = ExternalForce(row_force(int(values["height"]), stiffness, diameter), damped=False)
     lammps.set_fix_external_callback("deformable", force, lammps)
     try:
         lammps.file(str(motion))
@@ -341,21 +342,22 @@ class ExternalForce:
     """Forces of particles in the form that LAMMPS's ``fix external`` calls.
 
     ``total`` returns those [N] of particles in the order of their ids, at x [m] and v [m/s], all of
-    shape (N, 2). An ArithmeticError of it would be lost on its way through LAMMPS: it is kept in
+    shape (N, 2); v is 0 unless ``damped``: it takes long to read. An ArithmeticError of it would be lost on its way through LAMMPS: it is kept in
     ``failure``, and forces that are not numbers end the run.
     """
 
-    def __init__(self, total: Callable[[Floats, Floats], Floats]) -> None:
-        self._total, self.failure = total, ""
+    def __init__(self, total: Callable[[Floats, Floats], Floats], *, damped: bool = True) -> None:
+        self._total, self._damped, self.failure = total, damped, ""
 
     def __call__(
         self, lammps: Any, _step: int, count: int, tags: NDArray[np.int32], x: Floats, f: Floats
     ) -> None:
         """Set the forces on the particles that LAMMPS hands over, by their ids from 1."""
         place = np.asarray(tags[:count]) - 1
-        velocity = np.asarray(lammps.numpy.extract_atom("v"))[:count]
-        ordered = np.empty((2, count, 2))
-        ordered[:, place] = x[:count, :2], velocity[:, :2]
+        ordered = np.zeros((2, count, 2))
+        ordered[0, place] = x[:count, :2]
+        if self._damped:
+            ordered[1, place] = np.asarray(lammps.numpy.extract_atom("v"))[:count, :2]
         try:
             force = self._total(*ordered)
         except ArithmeticError as error:
@@ -375,29 +377,33 @@ class DeformableLaw:
         self._stiffness = stiffness
         self._matrix = np.eye(height) + 0.5 * np.eye(height, k=1) + 0.5 * np.eye(height, k=-1)
         self._closed = np.zeros(height, dtype=bool)
+        self._inverse = np.zeros((height, height))  # of the closed contacts, 0 elsewhere
 
     def forces(self, overlap: Floats) -> Floats:
         """Return the contact forces [N], shape (height,), at overlaps [m].
 
         Raise ArithmeticError when the contacts cannot be found.
         """
-        if not np.isfinite(overlap).all():
+        largest = float(np.abs(overlap).max())
+        if not math.isfinite(largest):
             raise ArithmeticError(f"deformable law: overlaps are not numbers: {overlap.tolist()}")
-        slack = SLACK * float(np.abs(overlap).max())
         for _ in range(MOST_PIVOTS * overlap.size):
-            closed = self._closed
-            compression = np.zeros_like(overlap)
-            if closed.any():
-                inside = self._matrix[np.ix_(closed, closed)]
-                compression[closed] = np.linalg.solve(inside, overlap[closed])
+            compression = self._inverse @ overlap
             gap = self._matrix @ compression - overlap
-            wrong = np.flatnonzero(np.where(closed, compression, gap) < -slack)
-            if wrong.size == 0:
+            wrong = np.where(self._closed, compression, gap) < -SLACK * largest
+            if not wrong.any():
                 return np.asarray(self._stiffness * compression)
-            closed[wrong[0]] = not closed[wrong[0]]
+            self._switch(int(wrong.argmax()))
         raise ArithmeticError(
             f"deformable law: no contact set found at overlaps {overlap.tolist()}"
         )
+
+    def _switch(self, contact: int) -> None:
+        """Close a contact that was open, or open it."""
+        self._closed[contact] = not self._closed[contact]
+        inside = np.ix_(self._closed, self._closed)
+        self._inverse[:] = 0.0
+        self._inverse[inside] = np.linalg.inv(self._matrix[inside])
 
 
 def row_force(height: int, stiffness: float, diameter: float) -> Callable[[Floats, Floats], Floats]:
