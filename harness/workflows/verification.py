@@ -17,8 +17,10 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from functools import partial
+from importlib import import_module
 from itertools import chain
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from harness import __version__
@@ -111,6 +113,8 @@ def verify(  # noqa: PLR0913 - the options of a user
         session.open(selected_engines(engines), opening, stack)
         session.plan()
         check_duration(session.seconds())
+        if output is not None:  # figures take long to load: they do while engines run
+            Thread(target=import_module, args=("harness.report.figures",)).start()
         session.run()
         everything = ALL in words_in(engines)
         versions = {n: v for n, v in session.versions.items() if v or not everything}

@@ -175,6 +175,13 @@ def test_steady_motion_ends_at_that_angle_or_with_slight_friction_just_below(fri
     assert not keeps_moving(grain, angle - 5e-4)
 
 
+@pytest.mark.parametrize("inertia", [SPHERE, DISC])
+def test_a_grain_as_large_as_the_row_stays_on_it_at_any_friction(inertia):
+    frictions = [0.0, *np.geomspace(1e-6, 1e3, 60), 1e9]
+    ratios = [incline.smallest_size_ratio(Grain(float(mu), inertia)) for mu in frictions]
+    assert max(ratios) < 0.83
+
+
 @pytest.mark.parametrize(("friction", "ratio"), [(0.0, 0.81797), (0.1, 0.71491), (1.0, 0.61889)])
 def test_the_smallest_grain_takes_off_at_its_critical_angle(friction, ratio):
     grain = Grain(friction, SPHERE)

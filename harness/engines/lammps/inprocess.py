@@ -342,8 +342,9 @@ class ExternalForce:
     """Forces of particles in the form that LAMMPS's ``fix external`` calls.
 
     ``total`` returns those [N] of particles in the order of their ids, at x [m] and v [m/s], all of
-    shape (N, 2); v is 0 unless ``damped``: it takes long to read. An ArithmeticError of it would be lost on its way through LAMMPS: it is kept in
-    ``failure``, and forces that are not numbers end the run.
+    shape (N, 2); v is 0 unless ``damped``: it takes long to read. An ArithmeticError of it would be
+    lost on its way through LAMMPS: it is kept in ``failure``, and forces that are not numbers end
+    the run.
     """
 
     def __init__(self, total: Callable[[Floats, Floats], Floats], *, damped: bool = True) -> None:
