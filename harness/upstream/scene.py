@@ -149,7 +149,7 @@ COMMANDS: Mapping[str, tuple[int, Keywords] | None] = {
     **dict.fromkeys((
         "boundary", "region", "create_box", "create_atoms", "lattice", "velocity", "compute",
         "displace_atoms", "delete_atoms", "change_box", "variable", "thermo", "thermo_style",
-        "dump", "dump_modify", "undump", "uncompute", "print", "info", "timer", "processors",
+        "dump", "dump_modify", "undump", "uncompute", "print", "info", "processors",
         "pair_style", "pair_coeff", "unfix", "neighbor", "timestep", "group", "fix wall/gran",
         "fix print", "fix ave/time",
     )),
@@ -171,6 +171,7 @@ COMMANDS: Mapping[str, tuple[int, Keywords] | None] = {
     "fix enforce2d": (0, {}),
     "fix gravity": (1, {"vector": 3}),
     "fix viscous": (1, {}),
+    "timer": (0, dict.fromkeys(("off", "loop", "normal", "full", "sync", "nosync"), 0)),
 }  # fmt: skip
 QUOTED = re.compile(r'"([^"]*)"')
 LIST_STEPS = 10  # that a neighbour list lasts by default, in releases before 2023
@@ -435,8 +436,10 @@ def _pair_laws(commands: _Commands, types: Floats) -> Laws:
     _check_keywords("pair_style", [style, *numbers], {"granular": 0, "none": 0})
     explicit: Laws = {}
     for first, second, *words in commands.coefficients:
+        if first.isdecimal() and second.isdecimal():  # LAMMPS sets pairs i <= j, and turns these
+            first, second = sorted((first, second), key=int)
         for i, j in pairs:
-            if any(_covers(first, a) and _covers(second, b) for a, b in ((i, j), (j, i))):
+            if _covers(first, i) and _covers(second, j):
                 explicit[i, j] = granular_law(words)
     if not explicit:
         return {}

@@ -55,6 +55,10 @@ UNDERSTOOD = {
         "* * hooke 1e4 0 damping velocity tangential linear_nohistory 0 0",
         f"2 1 jkr 1e8 3 0.2 0.5 {LINEAR} 3e4 0.5 0.3 rolling sds 1e3 0.1 0.1",
     )),
+    "pairs of an asterisk, the smaller type first": askew(pair_coeff=pair(*(
+        f"{types} hooke {k} 3 {LINEAR} 3e3 0.5 0.3"
+        for types, k in (("* *", 1e4), ("2 *", 2e4), ("* 1", 3e4))
+    ))),
     "walls of groups": askew(
         "set type 1 type 2", f"fix floor all {FLOOR} zplane -0.02 0.0201",
         f"fix side lower {FLOOR} limit_damping xplane NULL 0.0099",
@@ -116,6 +120,7 @@ NOT_UNDERSTOOD = {
     "'dynamic'": askew("group some dynamic all every 1"),
     "'wiggle'": askew(f"fix w all {FLOOR} zplane -1 NULL wiggle z 0.1 1"),
     "'zcylinder'": askew(f"fix w all {FLOOR} zcylinder 0.5"),
+    "'timeout'": askew("timer timeout 0:01:00"),
     "'grain'": askew("pair_coeff grain 2 hooke 1 0"),
     "'5'": askew("run 5"),
     "'thermo_modify'": askew("thermo_modify lost ignore"),
