@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from harness.engines.reference import Reference
 from harness.errors import EngineCrashError, EngineError, Unsupported
 from harness.solvers import reference
@@ -52,6 +54,24 @@ class Twin(Reference):
             return reference.run(scene, self.followed)
         except EngineError as error:
             return error
+
+
+def single(_, motion):
+    """Return a motion in single precision: seven digits."""
+    parts = ("position", "velocity", "angular_velocity", "force", "torque", "stages")
+    arrays = {name: getattr(motion, name) for name in parts}
+    return replace(motion, **{name: array if array is None else np.float64(np.float32(array))
+                              for name, array in arrays.items()})  # fmt: skip
+
+
+class FewDigits(Twin):
+    """A code in single precision, which says so."""
+
+    name = "few-digits"
+    traits = replace(Twin.traits, digits=7)
+
+    def __init__(self, *changes, **more):
+        super().__init__(*(changes or (same, single)), **more)
 
 
 class Clipping(Twin):

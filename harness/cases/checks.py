@@ -166,15 +166,15 @@ def equal_steps_check(
     quantity: Quantity[Any],
     values: Callable[[Bench], Mapping[str, float]],
     expected: Callable[[Bench], Mapping[str, float]],
-    width: float,
+    tolerance: Tolerance | Callable[[Bench], Tolerance],
     *,
     exact: float | None,
     **fields: Any,
 ) -> Check:
     """Return the check of a quantity among the values of a run, each computed once in a bench.
 
-    ``width`` is the tolerance [unit of the quantity], ``fields`` are more of the check. The note
-    has the error of the step where there is an ``exact`` value.
+    ``fields`` are more of the check. The note has the error of the step where there is an
+    ``exact`` value.
     """
     name = quantity.name
 
@@ -190,9 +190,18 @@ def equal_steps_check(
         unit=quantity.unit,
         measure=measure,
         expected=lambda bench: bench.once(expected, bench)[name],
-        tolerance=Tolerance(absolute=width, reason=REASON),
+        tolerance=tolerance,
         **fields,
     )
+
+
+def with_digits(tolerance: Tolerance, unit: float, bench: Bench) -> Tolerance:
+    """Return a tolerance with the error of the digits that an engine writes, times ``unit``."""
+    digits = bench.engine.traits.digits
+    error = 1.25 * 10.0 ** (1 - digits) * unit
+    if error <= 0.1 * tolerance.absolute:
+        return tolerance
+    return Tolerance(tolerance.absolute + error, reason=f"{tolerance.reason}; {digits} digits")
 
 
 def equal_steps_checks(
@@ -212,7 +221,7 @@ def equal_steps_checks(
                     quantity,
                     values,
                     expected,
-                    (ROUND_OFF + digits) * quantity.size(parameters),
+                    Tolerance((ROUND_OFF + digits) * quantity.size(parameters), reason=REASON),
                     exact=exact.get(quantity.name),
                     setup=setup,
                     level=level,

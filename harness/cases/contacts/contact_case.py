@@ -22,7 +22,7 @@ import numpy as np
 
 from harness.cases.base import LEVELS, Case, Check, Level, Value
 from harness.cases.bench import Bench
-from harness.cases.checks import REASON, ROUND_OFF, equal_steps_check, runs_at
+from harness.cases.checks import REASON, ROUND_OFF, equal_steps_check, runs_at, with_digits
 from harness.cases.contacts.parameters import ContactSystem
 from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.output import SERIES
@@ -202,14 +202,14 @@ class Trial:
         values, expected = partial(_values, self), partial(_expected_values, self)
         for name in self.case.names(self.parameters)[: 1 if refused else None]:
             quantity = self.case.quantity(name)
-            width = ROUND_OFF * quantity.size(self.parameters)
+            tolerance = partial(self._tolerance, quantity.size(self.parameters))
             yield equal_steps_check(
-                quantity, values, expected, width, exact=exact.get(name), **common
+                quantity, values, expected, tolerance, exact=exact.get(name), **common
             )
         if refused:
             return
         common |= {"unit": "1", "expected": 0.0}
-        tolerance = Tolerance(absolute=ROUND_OFF, reason=REASON)
+        tolerance = partial(self._tolerance, 1.0)
         yield Check(quantity=MOTION, measure=self._motion_difference, tolerance=tolerance, **common)
         rules = engine.rules(self.scene)
         if rules.changed and not self.variation and self.moved(rules, Rules())[0] > ROUND_OFF:
@@ -233,6 +233,15 @@ class Trial:
         }
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
+
+    def _tolerance(self, size: float, bench: Bench) -> Tolerance:
+        """Return round-off of a size, and of few digits of positions what is left of the path."""
+        plain, motion = (
+            Tolerance(absolute=ROUND_OFF * size, reason=REASON),
+            bench.reference(self.scene),
+        )
+        lost = np.abs(motion.position).max() / _length(self.scene, motion)
+        return with_digits(plain, size * max(1.0, lost), bench)
 
     def _motion_difference(self, bench: Bench) -> float:
         return motion_difference(self.scene, bench.motion(self.job), bench.reference(self.scene))
@@ -272,8 +281,7 @@ def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
     r = min(body.radius for body in scene.bodies)
     free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
     gravity, time = math.hypot(*scene.gravity), scene.step * STEPS
-    path = np.abs(other.position - other.position[0]).max()
-    length = max(path, gravity * (time / math.pi) ** 2) or r
+    length = _length(scene, other)
     rim = r * np.abs(other.angular_velocity).max()
     speed = max(np.abs(other.velocity).max(), rim, gravity * time) or 1.0
     force = np.abs(other.force[:, free]).max() or 1.0
@@ -288,6 +296,13 @@ def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
         warmed = np.ptp(other.temperature) or 1.0
         differences.append(np.abs(motion.temperature - other.temperature).max() / warmed)
     return float(np.max(differences))
+
+
+def _length(scene: Scene, motion: Motion) -> float:
+    """Return the longest path or the overlap at rest [m], the smallest radius where both are 0."""
+    path = np.abs(motion.position - motion.position[0]).max()
+    overlap = math.hypot(*scene.gravity) * (scene.step * STEPS / math.pi) ** 2
+    return float(max(path, overlap)) or min(body.radius for body in scene.bodies)
 
 
 @lru_cache(maxsize=4096)

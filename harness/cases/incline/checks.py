@@ -17,6 +17,7 @@ import numpy as np
 
 from harness.cases.base import COLUMNS, Check, Value, path_in
 from harness.cases.bench import Bench
+from harness.cases.checks import with_digits
 from harness.cases.incline.angle import read
 from harness.cases.incline.closed_form import rigid_angle
 from harness.cases.incline.search import (
@@ -131,7 +132,7 @@ def _quick_checks() -> Iterator[Check]:
     yield of_shocks(
         quantity=f"largest error of the energy at {FIRST_CRESTS} crests",
         measure=_worst_crest,
-        tolerance=partial(_with_digits, SAME_CRESTS, 1.0),
+        tolerance=partial(with_digits, SAME_CRESTS, 1.0),
         check="reference",
     )
     for name, changes in (
@@ -259,7 +260,7 @@ def same_angle(case: Incline, level: Level) -> Check:
         case,
         measure=partial(_angle, case=case),
         expected=lambda bench: reference_angle(bench, case).value,
-        tolerance=partial(_with_digits, SAME_STEPS, 1.0 / SLOPE),
+        tolerance=partial(with_digits, SAME_STEPS, 1.0 / SLOPE),
         level=level,
         check="reference",
     )
@@ -289,7 +290,7 @@ def _same_units(name: str, scaled: Incline) -> Check:
         setup=f"clipped contact, 50 steps, {name}",
         measure=partial(_angle, case=case),
         expected=partial(_angle, case=CLIPPED_CASE),
-        tolerance=partial(_with_digits, SAME_MOTION, 1.0 / SLOPE),
+        tolerance=partial(with_digits, SAME_MOTION, 1.0 / SLOPE),
         check="same k d / (m g)",
     )
 
@@ -326,7 +327,7 @@ def same_path(case: Incline, level: Level = "quick") -> Check:
         case,
         quantity="largest difference of the path",
         measure=partial(_path_difference, case=case),
-        tolerance=partial(_with_digits, SAME_PATH, 1.0),
+        tolerance=partial(with_digits, SAME_PATH, 1.0),
         level=level,
         check="reference",
         jobs=(job_of(case, "passage", EVERY),),
@@ -382,12 +383,3 @@ def _margin_of_twin(bench: Bench, case: Incline) -> float:
         raise Unsupported("there is no other way to run it here")
     with twin:
         return _margin(Bench(twin), case)
-
-
-def _with_digits(tolerance: Tolerance, unit: float, bench: Bench) -> Tolerance:
-    """Return a tolerance with the error of the digits that an engine writes, times ``unit``."""
-    digits = bench.engine.traits.digits
-    error = 1.25 * 10.0 ** (1 - digits) * unit
-    if error <= 0.1 * tolerance.absolute:
-        return tolerance
-    return Tolerance(tolerance.absolute + error, reason=f"{tolerance.reason}; {digits} digits")

@@ -32,6 +32,7 @@ from pydantic import Field, model_validator
 from harness import __version__
 from harness.cases.base import Case, Check, Level, Value, path_in
 from harness.cases.bench import OWN, Bench
+from harness.cases.checks import with_digits
 from harness.cases.incline.angle import CriticalAngle, Ends, Floats, Run, read
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.case import Search, searched
@@ -465,7 +466,7 @@ def _same_margin(case: Columns) -> Check:
         check="equal steps",
         measure=lambda bench: read_run(case, "passage", bench.output(job)).margin,
         expected=lambda bench: run_at_equal_steps(bench, case).margin,
-        tolerance=SAME_STEPS[case.inside],
+        tolerance=partial(with_digits, SAME_STEPS[case.inside], 1.0),
         jobs=[job],
     )
 

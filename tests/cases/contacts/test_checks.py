@@ -12,7 +12,7 @@ from harness.errors import EngineLostAtomsError, Unsupported
 from harness.model.conventions import Rules
 from harness.results.rows import Failure, Kind, Verdict
 from tests.cases.contacts.common import CASES, case_named, one_of_each, rows_of, twin
-from tests.engine_doubles import Twin
+from tests.engine_doubles import FewDigits, Twin, single
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -119,6 +119,18 @@ def test_a_planted_fault_turns_a_row(fault):
     failures = {row.failure for row in rows if row.verdict is Verdict.FAIL}
     assert failure in failures
     assert Failure.HARNESS not in failures
+
+
+@pytest.mark.parametrize("name", ["oblique", "head-on", "slip-to-roll"])
+def test_a_code_with_few_digits_is_held_to_what_they_resolve(name):
+    right = rows_of(case_named(name), FewDigits(declared=Rules()))
+    assert {row.verdict for row in right} == {Verdict.PASS}
+    assert all("7 digits" in row.reason for row in right)
+    silent = rows_of(case_named(name), twin(change_motion=single))
+    assert Verdict.FAIL in {row.verdict for row in silent}
+    slower = FewDigits(lambda scene: scene.replace(step=scene.step * 0.999), single,
+                       declared=Rules())  # fmt: skip
+    assert Verdict.FAIL in {row.verdict for row in rows_of(case_named(name), slower)}
 
 
 def test_a_run_that_dies_fails_its_own_rows_and_others_go_on():

@@ -29,7 +29,7 @@ from harness.results.rows import Verdict
 from harness.solvers import chain_stepped, reference
 from harness.theory.chain import LAWS
 from harness.theory.incline import critical_angle as rigid_angle
-from tests.engine_doubles import Twin
+from tests.engine_doubles import FewDigits, Twin
 
 SOFT = Columns(n=5, stiffness=1e5)
 OWN = Bench(None)
@@ -114,6 +114,10 @@ def test_a_right_engine_passes_and_lacks_the_deformable_law():
     verdicts = {row.setup: row.verdict for row in rows}
     assert {v for s, v in verdicts.items() if "deformable" in s} == {Verdict.NOT_TESTED}
     assert {v for s, v in verdicts.items() if "deformable" not in s} == {Verdict.PASS}
+
+
+def test_a_code_with_few_digits_passes():
+    assert Verdict.FAIL not in {row.verdict for row in rows_of(FewDigits())}
 
 
 def inner(scene, **changes):
