@@ -170,11 +170,16 @@ def cache(
         raise RequestError(f"--older-than {older_than}: must be 0 days or more")
     if case is not None:
         get_case(case)
-    folder = cache_place(kept).path
-    if kept is not None and not kept.is_dir() and kept.exists():
-        raise RequestError(f"--cache {kept}: is a file; name a folder")
+    folder, named_by = cache_place(kept)
+    try:
+        if kept is not None and not kept.is_dir() and kept.exists():
+            raise RequestError(f"--cache {kept}: is a file; name a folder")
+        everything = contents(folder)
+    except OSError as error:
+        place = f"{named_by or 'cache'} {folder}"
+        raise RequestError(f"{place}: cannot be read ({error.strerror})") from None
     oldest = time.time() - 86400.0 * older_than if older_than else math.inf
-    items = [i for i in contents(folder) if i.used < oldest and case in (None, *i.label[1:])]
+    items = [i for i in everything if i.used < oldest and case in (None, *i.label[1:])]
     sorts: dict[str, dict[str, int]] = {}
     for item in clear_items(folder, items) if clear else items:
         number = sorts.setdefault(item.label[0], {"entries": 0, "bytes": 0})

@@ -63,6 +63,8 @@ BAD = {
         ("--older-than -1", "--older-than -1", "0 days or more"),
         ("--case nix", "case 'nix'", "incline"),
         ("--cache /dev/null", "--cache /dev/null", "is a file"),
+        # as a folder into which the user may not look, but also for root
+        (f"--cache {'x' * 300}", "--cache x", "cannot be read"),
     ],
 }
 OF_DOUBLES = {
