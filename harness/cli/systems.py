@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from math import prod
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args
 
 from cyclopts import Parameter, validators
 
@@ -35,8 +35,9 @@ from harness.cli.output import (
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
-    from harness.cases.incline.system import Incline
+    from harness.model.base import Parameters
 
+P = TypeVar("P", bound="Parameters")
 TOLERANCES = validators.Number(gte=1e-9, lte=1.0)  # [deg]
 RUNS, LADDER = 30, 270  # of a search for a critical angle, and of an extrapolation, by their time
 SOLVERS = ("rk4", "exact")  # of this package; --help must not wait for numba
@@ -156,22 +157,6 @@ class AngleOptions(SpringOptions, GrainOptions):
     density: Number = None
     """Density of the grain [kg/m3]. [default: 6/pi, 1 kg at 1 m]"""
 
-    def system(self) -> Incline:
-        """Return the incline; raise RequestError, naming the field, for a wrong value."""
-        from harness.cases.incline.system import Incline
-        from harness.model.law import CONTACTS
-
-        values = {name: value for name, value in vars(self).items() if value is not None}
-        damping = [name for name in ("restitution", "damping_ratio") if name in values]
-        usual = "plastic" if self.extrapolate and not damping else "source"
-        changes = {name: values.get(name) for name in ("restitution", "damping_ratio") if damping}
-        changes |= {"tail": "clipped" if self.clip else "attractive"} if "clip" in values else {}
-        changes |= {"effective_mass": "half"} if self.half_mass else {}
-        contact = CONTACTS[self.contact or usual]
-        contact = contact.replace(**changes, name="custom") if changes else contact
-        fields = {n: value for n, value in values.items() if n in Incline.model_fields}
-        return Incline(**fields | {"contact": contact})
-
 
 def critical_angle(
     choice: AngleOptions = AngleOptions(),
@@ -191,6 +176,7 @@ def critical_angle(
     """
     from harness import workflows
     from harness.cases.incline.closed_form import angles_to_compare
+    from harness.cases.incline.system import Incline, changed_contact
 
     if choice.wells is not None and choice.method == "passage":
         raise RequestError(f"--wells {choice.wells}: goes with --method steady only")
@@ -198,16 +184,20 @@ def critical_angle(
     if choice.extrapolate and settings != ("passage", None, None):
         others = "--method steady, --steps-per-contact and --tolerance"
         raise RequestError(f"--extrapolate: goes without {others}")
-    case, options = choice.system(), dict[str, Any]()
-    if not choice.extrapolate:
-        options = {"method": choice.method, "wells": choice.wells}
-        options["tolerance_deg"] = choice.tolerance
-    verbs = workflows.critical_angle, workflows.extrapolated_critical_angle
-    work = ("incline", dict(case), LADDER if choice.extrapolate else RUNS)
-    _check(choice.engine, engines, "--engine", choice.force, work)
+    damping = choice.restitution, choice.damping_ratio
+    usual = "plastic" if choice.extrapolate and damping == (None, None) else "source"
+    contact = changed_contact(choice.contact or usual, *damping, choice.clip, choice.half_mass)
+    case = _parameters(Incline, choice, contact=contact)
+    runs = LADDER if choice.extrapolate else RUNS
+    _check(choice.engine, "--engine", engines, choice.force, "incline", dict(case), runs)
     with opener(engines, "critical-angle", json) as opening, opening.qualified(choice.engine) as on:
-        angle = verbs[choice.extrapolate](case, engine=on, progress=opening.progress, **options)
-    return opening.answer({**angles_to_compare(case.contact), **angle.to_json()}, json)
+        shared: dict[str, Any] = {"engine": on, "progress": opening.progress}
+        if choice.extrapolate:
+            record = workflows.extrapolated_critical_angle(case, **shared).to_json()
+        else:
+            more: dict[str, Any] = {"method": choice.method, "tolerance_deg": choice.tolerance}
+            record = workflows.critical_angle(case, wells=choice.wells, **more, **shared).to_json()
+    return opening.answer({**angles_to_compare(contact), **record}, json)
 
 
 # ---- the tower
@@ -259,14 +249,15 @@ def tower(
     from harness.workflows import tower as run_tower
 
     check_target(choice.series, "--series")
-    values = vars(choice)
-    case = Tower(**{name: value for name, value in values.items() if name in Tower.model_fields})
-    timing = {name: values[name] for name in ("duration", "steps_per_contact")}
+    case = _parameters(Tower, choice)
+    timing: dict[str, Any] = {
+        "duration": choice.duration,
+        "steps_per_contact": choice.steps_per_contact,
+    }
     longest = {**dict(case), **timing, "duration": max(choice.duration, 3.0)}
-    _check(choice.solver, engines, "--solver", choice.force, ("tower", longest, 1))
-    with _runner(choice.solver, engines, "tower", json) as (opening, runner):
-        run = run_tower(case, **timing, **runner, progress=opening.progress)
-        longer = Runner(runner.get("solver", ""), runner.get("engine"))
+    with _runner(choice, engines, "tower", json, longest) as (opening, runner):
+        run = run_tower(case, **timing, **runner)
+        longer = Runner(runner["solver"], runner["engine"])
         record = summary(run, choice.window, longer.covering(run, choice.window))
     write_all({("--series", choice.series): partial(run.to_frame().to_csv, index=False)})
     return opening.answer(record, json)
@@ -315,55 +306,56 @@ def impulse(
 
         dem-harness impulse --heights 1-4 --stiffness 1e6 --law overlap --figure angles.svg
     """
-    from harness.cases.tower.impulse import HEIGHTS, SPEEDS, STIFFNESSES, angle_figure
+    from harness.cases.tower.impulse import HEIGHTS, MEASURED, SPEEDS, STIFFNESSES, angle_figure
     from harness.cases.tower.parameters import Tower
     from harness.workflows import impulse as tabulate
-    from harness.workflows.sweeps import figure_writer, read_points
+    from harness.workflows.sweeps import figure_writer, read_numbers
 
     if choice.reference is not None and choice.figure is None:
         raise RequestError(f"--reference {choice.reference}: goes with --figure FILE only")
     check_target(choice.csv, "--csv")
     check_target(choice.figure, "--figure", (".svg", ".png", ".pdf"), other=choice.csv)
-    windows = get_args(Window) if choice.window == "all" else (choice.window,)
     ranges: dict[str, Any] = {
         "heights": choice.heights or HEIGHTS,
         "stiffnesses": choice.stiffness or STIFFNESSES,
         "speeds": choice.speed or SPEEDS,
         "laws": get_args(Law) if choice.law == "both" else (choice.law,),
     }
-    record: dict[str, Any] = {"solver": choice.solver, "reading": choice.reading}
-    measured = None
-    if choice.reference is not None:
-        points = read_points(choice.reference, "h_over_d", "theta_deg")
-        measured = points.x.tolist(), points.y.tolist()
-        pairs = zip(*measured, strict=True)
-        record["reference"] = [{"h_over_d": h, "theta_deg": angle} for h, angle in pairs]
-    case = Tower(mass=choice.mass, gravity=choice.gravity)
+    windows = get_args(Window) if choice.window == "all" else (choice.window,)
+    measured = None if choice.reference is None else read_numbers(choice.reference, MEASURED)
+    case, runs = Tower(mass=choice.mass, gravity=choice.gravity), prod(map(len, ranges.values()))
     tallest = {**dict(case), "height": max(ranges["heights"]), "law": "overlap"}  # either: as long
-    work = "tower", tallest, prod(map(len, ranges.values()))
-    _check(choice.solver, engines, "--solver", choice.force, work)
-    with _runner(choice.solver, engines, "impulse", json) as (opening, runner):
-        options = {**ranges, **runner, "reading": choice.reading, "progress": opening.progress}
-        frame = tabulate(case=case, windows=windows, **options)
+    with _runner(choice, engines, "impulse", json, tallest, runs) as (opening, runner):
+        frame = tabulate(case=case, windows=windows, reading=choice.reading, **ranges, **runner)
     draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
     write_all({("--csv", choice.csv): partial(frame.to_csv, index=False),
                ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
-    record["rows"] = frame.to_dict(orient="records")
+    record: dict[str, Any] = {"solver": choice.solver, "reading": choice.reading}
+    record |= {} if measured is None else {"reference": measured.to_dict(orient="records")}
     if not json:
         print_frame(frame, len(frame))
-    return opening.answer(record, json, {})
+    return opening.answer({**record, "rows": frame.to_dict(orient="records")}, json, {})
 
 
 # ---- what they share
 
 
-def _check(
-    name: str, engines: EngineOptions, option: str, force: bool, work: tuple[str, Any, int]
-) -> None:
-    """Raise RequestError for an unknown engine or option, and for work that takes too long.
+def _parameters(kind: type[P], choice: AngleOptions | TowerOptions, **more: Any) -> P:
+    """Return parameters of the options that have their names and are given, and ``more``."""
+    given = {name: value for name, value in vars(choice).items() if value is not None}
+    return kind(**{name: given[name] for name in kind.model_fields if name in given} | more)
 
-    The work is a case, its parameters, and a number of runs.
-    """
+
+def _check(
+    name: str,
+    option: str,
+    engines: EngineOptions,
+    force: bool,
+    case: str,
+    values: Mapping[str, Any],
+    runs: int,
+) -> None:
+    """Raise RequestError for an unknown engine or option, and for runs that take too long."""
     from harness.cases.registry import get_case
     from harness.engines.registry import engine_class
     from harness.workflows.runs import run_seconds
@@ -375,19 +367,29 @@ def _check(
         text = str(error).replace("--engine", option, 1)
         solvers = f"; or a solver of this package: {', '.join(SOLVERS)}"
         raise RequestError(text + (solvers if option == "--solver" else "")) from None
-    case, values, runs = get_case(work[0]), work[1], work[2]
-    seconds = runs * run_seconds(case, case.parameters(**values), traits)
-    duration_check(force, f"{case.name} in {name}")(seconds)
+    chosen = get_case(case)
+    seconds = runs * run_seconds(chosen, chosen.parameters(**values), traits)
+    duration_check(force, f"{case} in {name}")(seconds)
 
 
 @contextmanager
 def _runner(
-    name: str, engines: EngineOptions, title: str, quiet: bool
+    choice: TowerOptions | ImpulseOptions,
+    engines: EngineOptions,
+    title: str,
+    quiet: bool,
+    values: Mapping[str, Any],
+    runs: int = 1,
 ) -> Iterator[tuple[Opener, dict[str, Any]]]:
-    """Yield an opener, and the solver or the engine of a name as an argument of a workflow."""
+    """Yield an opener, and solver, engine and progress as arguments of a workflow.
+
+    Raise RequestError, before anything is opened, as ``_check`` does of runs of a tower.
+    """
+    name = choice.solver
+    _check(name, "--solver", engines, choice.force, "tower", values, runs)
     if name in SOLVERS:  # it needs no cluster
         with opener(replace(engines, dask=None), title, quiet) as opening:
-            yield opening, {"solver": name}
+            yield opening, {"solver": name, "engine": None, "progress": opening.progress}
         return
     with opener(engines, title, quiet) as opening, opening.qualified(name) as engine:
-        yield opening, {"engine": engine}
+        yield opening, {"solver": engine.name, "engine": engine, "progress": opening.progress}

@@ -442,6 +442,17 @@ def read_points(path: Path, x: str, y: str, uncertainties: Sequence[str] = ()) -
 
     Raise RequestError in a line for a bad file.
     """
+    numbers = read_numbers(path, (x, y), uncertainties)
+    return Points(path.name, *(numbers[name].to_numpy() for name in numbers))
+
+
+def read_numbers(
+    path: Path, columns: Sequence[str], uncertainties: Sequence[str] = ()
+) -> pd.DataFrame:
+    """Return columns of a file of measured points, and the first of ``uncertainties`` it has.
+
+    Raise RequestError in a line for a bad file.
+    """
     option = f"--reference {path}"
     try:
         frame = pd.read_csv(path, comment="#", skipinitialspace=True, encoding="utf-8-sig")
@@ -449,19 +460,19 @@ def read_points(path: Path, x: str, y: str, uncertainties: Sequence[str] = ()) -
         raise RequestError(f"{option}: {error.strerror or error}") from None
     except ValueError as error:  # also of pandas, and of text that is not UTF-8
         raise RequestError(f"{option}: is no CSV table ({' '.join(str(error).split())})") from None
-    names = [x, y, *[name for name in uncertainties if name in frame][:1]]
+    names = [*columns, *[name for name in uncertainties if name in frame][:1]]
     for name in names:
         if name not in frame:
-            columns = ", ".join(map(str, frame.columns))
-            raise RequestError(f"{option}: has no column {name!r}, but {columns}")
-    numbers = frame[names].apply(pd.to_numeric, errors="coerce")
-    for row, column in np.argwhere(~np.isfinite(numbers.to_numpy(float))):
+            others = ", ".join(map(str, frame.columns))
+            raise RequestError(f"{option}: has no column {name!r}, but {others}")
+    numbers: pd.DataFrame = frame[names].apply(pd.to_numeric, errors="coerce").astype(float)
+    for row, column in np.argwhere(~np.isfinite(numbers.to_numpy())):
         value = frame[names[column]].iloc[row]
         text = f"{names[column]} = {value!r}: must be a number"
         raise RequestError(f"{option}, row {row + 2}: {text}")
-    if frame.empty or (numbers.iloc[:, 2:] < 0.0).any(axis=None):
+    if frame.empty or (numbers.iloc[:, len(columns) :] < 0.0).any(axis=None):
         raise RequestError(f"{option}: must have rows, whose errors are not negative")
-    return Points(path.name, *(numbers[name].to_numpy(float) for name in names))
+    return numbers
 
 
 def figure_writer(draw: Callable[[], Any]) -> Writer:

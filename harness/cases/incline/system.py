@@ -25,6 +25,7 @@ from harness.engines.base import Job, Template, Value
 from harness.model.allowed import COUNT, Allowed, allowed_in
 from harness.model.law import (
     CLIPPED,
+    CONTACTS,
     PLASTIC,
     SOURCE,
     Contact,
@@ -229,6 +230,27 @@ class Incline(OverRow):
             tangential_damping=damping,
             friction=self.friction,
         )
+
+
+def changed_contact(
+    name: str,
+    restitution: float | None = None,
+    damping_ratio: float | None = None,
+    clip: bool | None = None,
+    half_mass: bool = False,
+) -> Contact:
+    """Return a contact of ``CONTACTS``, by the name ``custom`` where an argument changes it.
+
+    A restitution or a damping ratio takes the place of both.
+    """
+    changes: dict[str, Any] = {}
+    if restitution is not None or damping_ratio is not None:
+        changes |= {"restitution": restitution, "damping_ratio": damping_ratio}
+    if clip is not None:
+        changes["tail"] = "clipped" if clip else "attractive"
+    if half_mass:
+        changes["effective_mass"] = "half"
+    return CONTACTS[name].replace(**changes, name="custom") if changes else CONTACTS[name]
 
 
 def friction_text(case: Incline) -> str:

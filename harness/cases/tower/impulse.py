@@ -40,6 +40,7 @@ STIFFNESSES = (1e5, 1e6, 1e7)  # [N/m]
 SPEEDS = (2.0, 4.0)  # [m/s]
 MARGIN = 1.001  # a longer run has another step, and finds the end of its window a little off
 EQUAL_PEAKS = 1e-5  # of a peak: more than 1000 samples per t0 may miss of its height
+MEASURED = ("h_over_d", "theta_deg")  # columns of a user's measured angles
 QUASI_STATIC = (5.76, 0.22)  # [deg] frictionless spheres, Peyneau and Roux (2008), PRE 78, 011307
 
 
@@ -122,11 +123,11 @@ def angle_figure(
     frame: pd.DataFrame,
     *,
     readings: Sequence[Reading] = ("lost", "kept"),
-    measured: tuple[Sequence[float], Sequence[float]] | None = None,
+    measured: pd.DataFrame | None = None,
 ) -> Figure:
     """Draw critical angles of a table of ``impulse_angles`` against height, a panel a law.
 
-    ``measured`` are heights in diameters and angles [deg] from elsewhere.
+    ``measured`` has the columns ``MEASURED``: heights [diameters] and angles [deg].
     """
     from harness.report.figures import BLACK, COLOURS, STYLES, label, legend_below, panels
 
@@ -150,7 +151,8 @@ def angle_figure(
             middle - half, middle + half, color="0.85", label="quasi-static, Peyneau and Roux 2008"
         )
         if measured is not None:
-            axes.plot(*measured, "x", color=BLACK, label="measured")
+            heights, angles = (measured[name] for name in MEASURED)
+            axes.plot(heights, angles, "x", color=BLACK, label="measured")
         label(axes, "height (contacts)", "critical angle (deg)", f"{law} law")
     legend_below(figure)
     return figure

@@ -1,6 +1,7 @@
 """Verdicts of the tower's checks: right engines pass, each planted fault turns its rows."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from harness.cases.bench import Bench
@@ -142,5 +143,6 @@ def test_sections_and_figures_of_measured_angles(monkeypatch):
     assert "10.21" in section.opening.steps[-1]
     assert "4.73" in section.opening.steps[-1]
     frame = impulse_angles(heights=(1, 2), stiffnesses=(1e6,), speeds=(2.0,), laws=("overlap",))
-    figure = angle_figure(frame, measured=([1.0, 2.0], [10.0, 8.0]))
+    measured = pd.DataFrame({"h_over_d": [1.0, 2.0], "theta_deg": [10.0, 8.0]})
+    figure = angle_figure(frame, measured=measured)
     assert "measured" in {text.get_text() for text in figure.legends[0].get_texts()}
