@@ -22,7 +22,7 @@ from harness.cases.bench import Bench
 from harness.cases.checks import ROUND_OFF
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.errors import EngineOutputError
-from harness.model.allowed import COUNT, Allowed, allowed_in
+from harness.model.base import COUNT, Allowed, allowed_in
 from harness.model.law import (
     PLASTIC,
     SOURCE,

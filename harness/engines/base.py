@@ -41,7 +41,7 @@ from harness.errors import (
 )
 
 if TYPE_CHECKING:
-    from harness.model.allowed import Allowed
+    from harness.model.base import Allowed
     from harness.model.conventions import Rules
     from harness.model.scene import Motion, Scene
 

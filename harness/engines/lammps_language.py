@@ -32,9 +32,9 @@ from harness.errors import (
     EngineOutputError,
     EngineUnsupportedError,
 )
-from harness.model.allowed import COUNT, Allowed
 
 if TYPE_CHECKING:
+    from harness.model.base import Allowed
     from harness.model.scene import Motion, Scene
 
 SCRIPT, LOG, SERIES_FILE, DONE = "in.lmp", "log.lammps", "series.csv", "done"  # of a run
@@ -139,13 +139,15 @@ class LammpsLanguage(ScriptedEngine):
     extension: ClassVar[str] = "in"
     renders_variants: ClassVar[bool] = True
     switches: ClassVar[Values] = {"record": "yes", "everyone": "yes"}
-    allowed: ClassVar[Mapping[str, Allowed]] = {
-        "record": Allowed(words=("yes", "no")),
-        "everyone": Allowed(words=("yes", "no")),
-        "thermo": COUNT,
-    }
     words_compare: ClassVar[bool] = True
     arguments: Sequence[str] = ()
+
+    @classmethod
+    def allowed(cls) -> Mapping[str, Allowed]:
+        """Return the words of the switches, and the count of steps between two lines of a log."""
+        from harness.model.base import COUNT, Allowed  # pydantic, as in ``ScriptedEngine``
+
+        return {**dict.fromkeys(cls.switches, Allowed(words=("yes", "no"))), "thermo": COUNT}
 
     @classmethod
     def literal(cls, value: Value) -> str:

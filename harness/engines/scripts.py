@@ -62,11 +62,11 @@ from harness.errors import (
     HarnessError,
     RequestError,
 )
-from harness.model.allowed import Allowed
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+    from harness.model.base import Allowed
     from harness.model.scene import Motion
 
 ASK_SECONDS = 60.0
@@ -199,9 +199,8 @@ class ScriptedEngine(ProgramEngine):
 
     ``renders_variants``: whether each variant of a template is a script of its own
     (``<template>-<variant>.<extension>``), or all run that of the main one with other values.
-    A sampled job sets each of the ``switches`` that its script declares. ``allowed`` is what
-    variables of the engine's own may be. ``command_name`` is the start of a command line that a
-    user would type.
+    A sampled job sets each of the ``switches`` that its script declares. ``command_name`` is the
+    start of a command line that a user would type.
 
     One that takes scenes as well has ``rules``, ``scene_batches`` and ``scene_script``.
     """
@@ -211,13 +210,17 @@ class ScriptedEngine(ProgramEngine):
     options: ClassVar[Sequence[str]] = ()
     renders_variants: ClassVar[bool] = False
     switches: ClassVar[Values] = {}
-    allowed: ClassVar[Mapping[str, Allowed]] = {}
 
     @cached_property
     def _logs(self) -> dict[str, str]:
         return {}
 
     # ---- the form of scripts and their files
+
+    @classmethod
+    def allowed(cls) -> Mapping[str, Allowed]:
+        """Return what variables of the engine's own may be."""
+        return {}
 
     @classmethod
     def literal(cls, value: Value) -> str:
@@ -362,7 +365,7 @@ class ScriptedEngine(ProgramEngine):
         folders, file = cls._folders(template.package), f"{template.name}.{cls.extension}.j2"
         try:
             variables = cls.declared(rendered(folders, file, values))
-            allowed = {**template.allowed, **cls.allowed}
+            allowed = {**template.allowed, **cls.allowed()}
             values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
             return Script(name, rendered(folders, file, values), variables)
         except HarnessError:

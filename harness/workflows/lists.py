@@ -16,8 +16,7 @@ from harness.engines.output import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
 from harness.errors import EngineError, RequestError
 from harness.files import check_folder, text_writer, write_files
-from harness.model.allowed import allowed_in
-from harness.model.base import Parameters, unit
+from harness.model.base import Parameters, allowed_in, unit
 from harness.workflows import Progress, silent
 from harness.workflows.runs import takes_job
 from harness.workflows.settings import leaves

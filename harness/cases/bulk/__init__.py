@@ -31,7 +31,7 @@ from harness.errors import (
     EngineUndecidedError,
     Unsupported,
 )
-from harness.model.allowed import allowed_in, descriptions
+from harness.model.base import allowed_in, descriptions
 from harness.report import content
 from harness.results.rows import Kind, Tolerance
 

@@ -29,7 +29,7 @@ from harness.cases.bulk.beds import Bed, Floats
 from harness.engines.base import Engine, Values
 from harness.engines.base import Value as ScriptValue
 from harness.errors import Unsupported
-from harness.model.allowed import Allowed
+from harness.model.base import Allowed
 from harness.model.law import Law
 from harness.model.scene import Scene, sphere
 from harness.results.rows import Failure, Kind, Tolerance

@@ -52,8 +52,7 @@ from harness.engines.base import Engine, Job, Output, Template
 from harness.engines.output import STAGES, Provenance
 from harness.engines.process import cores, parallel_map
 from harness.errors import EngineOutputError
-from harness.model.allowed import allowed_in
-from harness.model.base import ZERO
+from harness.model.base import ZERO, allowed_in
 from harness.model.law import CONTACTS, SOURCE
 from harness.model.law import Law as ContactLaw
 from harness.model.scene import STAGE_COLUMNS, Body, Scene, Stage

@@ -22,7 +22,7 @@ from pydantic import Field, model_validator
 
 from harness.cases.base import EqualSpheres
 from harness.engines.base import Job, Template, Value
-from harness.model.allowed import COUNT, Allowed, allowed_in
+from harness.model.base import COUNT, Allowed, allowed_in
 from harness.model.law import (
     CLIPPED,
     CONTACTS,

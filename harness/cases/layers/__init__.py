@@ -18,8 +18,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from harness.cases.base import Case
 from harness.engines.base import Job, Template, Value
 from harness.errors import EngineLostAtomsError
-from harness.model.allowed import Allowed, allowed_in, descriptions
-from harness.model.base import Parameters
+from harness.model.base import Allowed, Parameters, allowed_in, descriptions
 from harness.model.law import Contact, NamedContact
 
 Floats = NDArray[np.float64]

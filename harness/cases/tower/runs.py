@@ -15,7 +15,7 @@ from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParam
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.engines.output import Provenance
 from harness.errors import EngineNaNError, EngineOutputError, RequestError
-from harness.model.allowed import COUNT, Allowed, allowed_in
+from harness.model.base import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Floats, Scene
 from harness.report.content import Discs, Plottable
