@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.errors import EngineError, Unsupported
+from harness.cases.incline.angle import CriticalAngle
+from harness.cases.incline.system import Incline
+from harness.errors import EngineError, RequestError, Unsupported
+from harness.model.law import Contact
 from harness.report.page import draw
-from harness.reproduction import Statement
+from harness.reproduction import UNTESTED, Statement
 from harness.reproduction import run as reproduction
 from harness.reproduction.incline import mfix_scheme, on_engine
 from harness.store.runs import read_rows
@@ -59,11 +62,14 @@ def test_a_row_has_the_sample_that_differs_most_and_a_second_one_the_correction(
     assert (right.check, right.note) == ("corrected", "x = 2")
 
 
-def test_statements_on_an_engine_are_rows_where_it_dies_or_is_not_there(monkeypatch):
-    class Dead:
-        name = "dead"
-        engine = type("E", (), {"identify": lambda _: type("P", (), {"engine_version": "1"})})()
+class Dead:
+    """A bench whose engine has a name and a version, and nothing else."""
 
+    name = "dead"
+    engine = type("E", (), {"identify": lambda _: type("P", (), {"engine_version": "1"})})()
+
+
+def test_statements_on_an_engine_are_rows_where_it_dies_or_is_not_there(monkeypatch):
     def dies(*_):
         raise EngineError("lost atoms")
 
@@ -72,6 +78,34 @@ def test_statements_on_an_engine_are_rows_where_it_dies_or_is_not_there(monkeypa
     assert [(row.verdict, row.engine, row.version) for row in dead] == [("fail", "dead", "1")] * 3
     none = [row for statement in on_engine(None) for row in statement.rows]
     assert [(row.verdict, row.kind) for row in none] == [("not tested", "cross-code")] * 3
+
+
+@pytest.mark.parametrize(
+    ("refused", "untested"),
+    [
+        ({"steps_per_contact": 50.0}, ["engine-angle", "engine-step"]),
+        ({"steps_per_contact": 100.0}, []),  # is in a note alone
+        ({"steps_per_contact": 400.0}, ["engine-step"]),
+        ({"contact": Contact(restitution=0.1)}, ["engine-restitution"]),
+    ],
+)
+@pytest.mark.parametrize("error", [Unsupported, EngineError, RequestError])
+def test_a_statement_on_an_engine_is_untested_only_where_its_own_run_failed(
+    monkeypatch, refused, untested, error
+):
+    refused = Incline(**refused)
+
+    def angle_on(_, case):
+        if case == refused:
+            raise error("not this one")
+        return CriticalAngle(value=10.21, uncertainty=1e-4, method="passage", case=case,
+                             mean_error=0.0, runs=(), steps=0, output=None)  # fmt: skip
+
+    monkeypatch.setattr("harness.reproduction.incline.angle_on", angle_on)
+    statements = list(on_engine(Dead()))
+    assert [s.key for s in statements if s.status == UNTESTED] == untested
+    if not untested:
+        assert "10.2100 deg at 50, no angle at 100" in statements[1].note
 
 
 # ---- the ledger
