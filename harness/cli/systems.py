@@ -342,8 +342,8 @@ def impulse(
 
 def _parameters(kind: type[P], choice: AngleOptions | TowerOptions, **more: Any) -> P:
     """Return parameters of the options that have their names and are given, and ``more``."""
-    given = {name: value for name, value in vars(choice).items() if value is not None}
-    return kind(**{name: given[name] for name in kind.model_fields if name in given} | more)
+    values = {name: value for name, value in vars(choice).items() if value is not None}
+    return kind(**{name: values[name] for name in kind.model_fields if name in values} | more)
 
 
 def _check(

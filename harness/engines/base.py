@@ -271,8 +271,8 @@ class Engine(ABC):
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
         """Yield the place and the outcome of each job as soon as it is known, in any order.
 
-        In batches that grow with their speed, those of scenes apart from those of scripts: of
-        scenes a process runs many in the time that it takes to start.
+        Scenes and scripts run in separate batches, which grow with their speed: of scenes a process
+        runs many in the time that it takes to start.
         """
         self.check(jobs)
         for size, places in zip((SCENES_AT_ONCE, 2 * cores()), self._split(jobs), strict=True):

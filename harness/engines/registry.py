@@ -79,7 +79,7 @@ def open_engine(
     """Return an engine, ready to run; close it after use.
 
     ``options`` and ``more`` are the keyword arguments of its class, as text or as they are; those
-    that are None are left out. ``program`` is the executable of an engine that has one.
+    that are None are omitted. ``program`` is the executable of an engine that has one.
 
     Raise RequestError for an unknown name or an option that the engine does not take,
     EngineMissingError when the engine is not installed, ContractError for any other exception of a

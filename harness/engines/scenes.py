@@ -239,7 +239,7 @@ def check_scene(scene: Scene) -> None:
 
 
 def refuse_any(*refusals: tuple[object, str]) -> None:
-    """Raise Unsupported with the first reason of pairs of a condition and a reason that holds."""
+    """Raise Unsupported with the reason of the first true condition, of pairs of both."""
     for refused, reason in refusals:
         if refused:
             raise Unsupported(reason)

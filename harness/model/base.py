@@ -81,8 +81,8 @@ Direction = Annotated[Vector, AfterValidator(unit_vector)]
 
 def unit(kind: type[Parameters], name: str) -> str:
     """Return the unit of a field, empty for a pure number."""
-    found = kind.model_fields.get(name)
-    return unit_in((found and found.description) or "")
+    info = kind.model_fields.get(name)
+    return unit_in((info and info.description) or "")
 
 
 def unit_in(description: str) -> str:
@@ -94,7 +94,7 @@ def unit_in(description: str) -> str:
 def descriptions(kind: type[Parameters]) -> dict[str, str]:
     """Return the descriptions of the fields of a class, by name, without the unit of a number."""
     fields = kind.model_fields.items()
-    return {name: (one.description or "").removeprefix("[-] ") for name, one in fields}
+    return {name: (info.description or "").removeprefix("[-] ") for name, info in fields}
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Allowed:
 
     @property
     def expression(self) -> str:
-        """Return a Python expression that holds for an allowed ``value``, and for no NaN."""
+        """Return a Python expression that is true for an allowed ``value``, and false for NaN."""
         if self.words:
             return f"value in {json.dumps(self.words)}"
         broken = "".join(f"value {operator} {bound} or " for operator, bound in self.broken)

@@ -275,7 +275,7 @@ class Scene(Parameters):
         return float(max(impact, (weight / coefficient) ** (2.0 / 3.0)))
 
     def _partners(self) -> Iterator[tuple[Law, Body, Body | None]]:
-        """Yield each law with bodies that it holds for, one of each kind; None is a wall."""
+        """Yield each law with two bodies that it acts between, one of each kind; None is a wall."""
         keys = [(b.radius, b.mass, b.inertia, b.type, b.motion) for b in self.bodies]
         kinds = dict(zip(keys, self.bodies, strict=True))
         for key, first in kinds.items():

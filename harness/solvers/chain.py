@@ -8,7 +8,7 @@ with the symmetric positive definite, tridiagonal A of :class:`Chain`: there is 
 positions (Cottle, Pang and Stone 1992, theorem 3.1.6). The set of the step before is corrected by
 block principal pivoting (Judice and Pires 1994): all contacts of the wrong sign are exchanged at
 once, and the last one alone where that cycles, which ends for every such A (Murty 1974). A pass is
-O(n), and a set that still holds needs none.
+O(n), and a set without a wrong sign needs none.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def highest_frequency(chain: Chain) -> float:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ChainMotion:
-    """M samples of a chain of N particles and n contacts, which need not be equally far apart.
+    """M samples of a chain of N particles and n contacts, at any distances in time.
 
     Displacements count from where all particles just touch. Raise RequestError where the last
     state is not finite.

@@ -162,7 +162,7 @@ def _set_forces(
 ) -> bool:  # fmt: skip
     """Set ``force`` (n,) [N]; return whether a contact set was found.
 
-    A negative ``tolerance`` stands for the overlap law, which needs no contact set.
+    A negative ``tolerance`` selects the overlap law, which needs no contact set.
     """
     if tolerance >= 0.0:
         return solve(overlap, diagonal, coupling, closed, factor, force, tolerance)

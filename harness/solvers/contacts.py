@@ -60,8 +60,8 @@ class System(NamedTuple):
     ``state`` (N, 5, 3) are position, velocity, angular velocity, force and torque; ``before``
     (N, 2, 3) forces and torques of the step before; ``heat`` (N, 2) temperature and heat flow. The
     second body of a contact at wall k is -1 - k; its radius is the contact radius of the step
-    before, 0 apart; its springs are the tangential, rolling and twisting one. ``movers`` are the
-    bodies that are not at rest for ever.
+    before, 0 of an open one; its springs are the tangential, rolling and twisting one. ``movers``
+    are the bodies that are not at rest for ever.
     """
 
     rules: Records
@@ -87,7 +87,8 @@ def take_steps(
 ) -> int:  # fmt: skip
     """Take steps from step ``number`` on; return how many were taken: less where a look ends it.
 
-    Where a run begins, with 0 steps and where a look says so, forces are set up: no spring moves.
+    At the start of a run, with 0 steps and where a look requests it, forces are set up: no spring
+    moves.
     """
     rules, bodies, state, movers = system.rules, system.bodies, system.state, system.movers
     scheme, h, k, sets_up = rules.scheme, rules.step, number, steps == 0

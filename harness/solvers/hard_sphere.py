@@ -2,7 +2,7 @@
 
 In units of diameter, gravity and mass. The row's spheres have their centres at (j, 0), the grain's
 centre stays at a distance of 1 or more from each. Gravity is (sin theta, -cos theta). On a sphere
-the grain stands at an angle beta from the vertical, positive ahead, where its potential energy over
+the grain is at an angle beta from the vertical, positive ahead, where its potential energy over
 the centre is cos beta. Hops die out into sliding, sliding ends in a shock.
 
 The grain comes over a crest at rest and slides into the well, as in the passage of a DEM. Critical
@@ -91,7 +91,7 @@ def first_moving(fate: Callable[[float], int]) -> float:
 def flight(x: float, y: float, vx: float, vy: float, theta: float, last: int) -> tuple[float, int]:
     """Return how long the grain flies, and the sphere that it meets.
 
-    ``last`` is the sphere that it has just left, on which it stands to rounding.
+    ``last`` is the sphere from which it takes off: their gap at the start is 0 to rounding.
     """
     along, down = math.sin(theta), math.cos(theta)
     longest = (vy + math.sqrt(vy * vy + 2.0 * down * (y - LOWEST))) / down
@@ -144,7 +144,7 @@ def follow(
     sphere 0 whose crest lies behind. Return its fate, the energy above that of rest on the crest
     ahead [m g d], the number of collisions, whether it slid at the end, and the angle ahead of a
     crest [rad] at which its hops died out last (NaN: never). With ``settle`` a grain that will not
-    pass is followed until its hops have died out: its energy is what is left then.
+    pass is followed until its hops have died out, and its energy is taken there.
     """
     sine, cosine = math.sin(theta), math.cos(theta)
     crest, last, hits, settled = 1, -(10**9), 0, math.nan

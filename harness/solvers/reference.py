@@ -334,7 +334,7 @@ def _tsuji_dashpot(restitution: Number, faults: Faults) -> Number:
 
 
 def dashpot_coefficient(law: Law, faults: Faults) -> float:
-    """Return the coefficient of a dashpot, apart from the law's own: evidence of one another.
+    """Return the coefficient of a dashpot by formulas of its own, independent of the law's.
 
     One made for a restitution of hertz has sqrt(5) zeta (Antypov and Elliott, EPL 94, 50004
     (2011)).

@@ -1,7 +1,7 @@
 """Closed forms of chains of particles: two spheres, a grain on a free or endless row, on a tower.
 
 A contact is a linear elastic spring. A grain falls on a row of equal, just touching particles; the
-*shock* is what is left of the kinetic energy of a grain that enters a well of the incline.
+*shock* is the share of its kinetic energy that a grain keeps in a well of the incline.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Closed forms of contacts: impacts, rebound, adhesion, friction, rolling.
 
-Each section states its equation of motion and its source. Symbols: m* effective mass, R* effective
+Each section gives its equation of motion and its source. Symbols: m* effective mass, R* effective
 radius, E* effective modulus, e restitution, zeta damping ratio, omega = sqrt(k / m*), mu friction.
 """
 
@@ -196,7 +196,7 @@ def mdr_force_and_depth(
 
 
 def mdr_pull_off(surface_energy: float, modulus: float, radius: float) -> tuple[float, float]:
-    """Return the largest tension [N], and the depth at which no area is left [m], by mdr.
+    """Return the largest tension [N], and the depth at which the area vanishes [m], by mdr.
 
     With a = R sin t the force is least where 2 R sin t tan t = 3/2 l, the depth where that is l/2;
     for small a / R these are JKR's 3/2 pi gamma R and fold. Arguments as those of
@@ -263,7 +263,7 @@ def partial_slip_rebound(
 
 
 def spring_strains(strains: Floats, limit: Floats) -> Floats:
-    """Return strains cut back to Coulomb's limit; a spring that has left carries nothing."""
+    """Return strains cut back to Coulomb's limit, which is 0 outside the contact."""
     return np.clip(strains, -limit, limit)
 
 

@@ -182,7 +182,7 @@ def _effect(defect: KnownDefect) -> str:
 def _runs_by_name(runs: Sequence[str | Path | Run]) -> dict[str, Run]:
     """Return runs by their paths, else by when they started; numbered where two are one.
 
-    The word ``accepted`` is left out.
+    The word ``accepted`` is omitted.
     """
     runs = [run for run in runs if run != ACCEPTED_RUN]
     names = [run.meta.started or "run" if isinstance(run, Run) else str(run) for run in runs]

@@ -267,7 +267,7 @@ class PullOff(ContactSystem):
 
     DMT: 4 pi gamma R*, at touch. JKR: 3 pi gamma R*, at -a^2 / (3 R*) with a^3 = 9 pi gamma
     R*^2 / (4 E*); gamma is the energy of each surface. mdr, on each side of a flat with which a
-    sphere has the energy gamma: 3/2 pi gamma R for small a / R, down to where no area is left.
+    sphere has the energy gamma: 3/2 pi gamma R for small a / R, down to a vanishing area.
     """
 
     quantities: ClassVar = (

@@ -244,7 +244,7 @@ class InclineRoll(Resting):
 
 
 class InclineRest(InclineRoll):
-    """A sphere let go on an incline is held by rolling resistance, or rolls against it.
+    """A sphere released on an incline rests by rolling resistance, or rolls against it.
 
     tan(angle) < mu_r: the springs hold it, at x = m g sin(angle) (1/k_t + 1/k_r) for a small
     overlap, about which it swings. Beyond: 5/7 g (sin(angle) - mu_r cos(angle)). Both exactly
