@@ -324,7 +324,7 @@ class _Run:
 
     def _moved_by(self, defect: KnownDefect) -> list[Key]:
         """Return the keys of the rows that fail with a defect."""
-        if self.trial is None or not (defect.error or defect.switched):
+        if self.trial is None or defect.command or not (defect.error or defect.switched):
             return []
         if defect.error:
             return [row.key for _, row in self.deciding]

@@ -150,6 +150,9 @@ class Faults(Parameters):
     small_angle_quaternion: bool = Field(
         False, description="[-] turned_arms: by the quaternion (1 + t^2/2, t - t^3/6) of half "
         "the angle t, whose cosine is 1 - t^2/2 (Kratos, GeometryFunctions.h)")
+    discs_turn_as_spheres: bool = Field(
+        False, description="[-] the moment of inertia of every body is 2/5 m R^2 (LAMMPS: fix "
+        "nve/sphere/omp disc)")
     mdr_damping_interchanged: bool = Field(
         False, description="[-] mdr's dashpot times 2, at walls times 1/2 (LAMMPS 2025)")
     mdr_sticking_share: float = Field(

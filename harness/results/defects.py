@@ -61,6 +61,8 @@ class KnownDefect(Parameters):
     cause: str = Field(min_length=20, description="[-]")
     since: str = Field("", description="[-] first release known to have it, empty for all")
     until: str = Field("", description="[-] last release known to have it, empty for all")
+    command: str = Field(
+        "", description="[-] option of the program that brings it; runs without it are not fixed")
     upstream: str = Field(min_length=5, description="[-] what its developers wrote of it")
     script: str = Field("", description="[-] file that shows it with the engine alone")
     faults: dict[str, Any] = Field({}, description="[-]")
@@ -100,7 +102,8 @@ class KnownDefect(Parameters):
         """Return its line in a report."""
         pointer = f"; {self.script} shows it" if self.script else ""
         word = "known defect" if self.kind == "defect" else self.kind
-        return f"{word} {self.name}: {self.cause}; upstream: {self.upstream}{pointer}"
+        option = f" with {self.command}" if self.command else ""
+        return f"{word} {self.name}{option}: {self.cause}; upstream: {self.upstream}{pointer}"
 
     def concerns(self, row: Row) -> bool:
         """Return whether it may act in a row: its case, setup, engine, check and version."""

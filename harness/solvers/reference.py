@@ -171,13 +171,16 @@ def system_of(scene: Scene, rules: Rules, faults: Faults) -> System:
     """Return the records of a scene at its start, whose laws have one restitution and friction."""
     laws: dict[tuple[Law, bool], dict[str, Any]] = {}
     pairs = [_contact(scene, rules, faults, laws, i, j) for i, j in _partners(scene)]
+    bodies = scene.bodies
+    if faults.discs_turn_as_spheres:
+        bodies = tuple(body.replace(inertia=None) for body in bodies)
     state = np.zeros((len(scene.bodies), PARTS, 3))
     for part, name in enumerate(("position", "velocity", "angular_velocity")):
         state[:, part] = [getattr(body, name) for body in scene.bodies]
     return System(
         rules=_records(RULES, [_rules(scene, rules, faults)])[0],
         laws=_records(LAW, [*laws.values()]),
-        bodies=_records(BODY, [_body(scene, body) for body in scene.bodies]),
+        bodies=_records(BODY, [_body(scene, body) for body in bodies]),
         walls=_records(WALL, [_wall(wall) for wall in scene.walls]),
         contacts=_records(CONTACT, pairs),
         state=state,

@@ -115,6 +115,9 @@ def test_a_run_that_holds_where_the_switch_moves_it_is_fixed():
     assert verdicts(rows) == ["fixed", "fixed", "pass", "pass"]
     assert rows[0].defect == "weak"
     assert verdicts(rows_of(Code(), version="2025")) == ["pass"] * 4
+    optional = (WEAK.replace(command="-sf weak"),)  # it may be run without that
+    assert verdicts(rows_of(Code(), optional)) == ["pass"] * 4
+    assert verdicts(rows_of(Code(TSUJI_FAULT), optional)) == ["known defect"] * 3 + ["pass"]
     sliding = rows_of(Code(), (WEAK.replace(laws=("*",)),), scene=SLIDING, setup="hooke, wall")
     assert verdicts(sliding) == ["pass"] * 4  # the switch moves nothing here
 

@@ -46,6 +46,13 @@ def slanted(law, factor=1, partner="wall", **more):
                   **more)  # fmt: skip
 
 
+def disc():
+    """Return a disc that hits the floor aslant."""
+    scene = slanted(LINEAR)
+    body = scene.bodies[0].replace(inertia=0.5 * MASS * R**2)
+    return scene.replace(bodies=(body,))
+
+
 def touching(overlap, speed=1.0, law=DASHPOT, partner="wall"):
     """Return a sphere that just touches the floor, or another sphere, and leaves it."""
     scene = impact(law, DOWN, 100, every=1, partner=partner)
@@ -208,6 +215,7 @@ FAULTS = {  # field: (value, scene, least difference)
     "setup_torque": ((0.0, 1e-3, 0.0), taken_along, 1e-4),
     "cylinder_shear": ((0.0, 0.0, 0.1), taken_along, 1e-2),
     "small_angle_quaternion": (True, lambda: rolled(20), 1e-9),
+    "discs_turn_as_spheres": (True, disc, 1e-2),
     "mdr_damping_interchanged": (
         True, lambda: pressed(MDR.replace(damping="mdr", damping_coefficient=0.2), 1e-5), 1e-3,
     ),
