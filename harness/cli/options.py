@@ -57,15 +57,15 @@ def numbers(_: Any, tokens: Sequence[Token]) -> list[float]:
 
 def whole_numbers(_: Any, tokens: Sequence[Token]) -> list[int]:
     """Return whole numbers of a text as 1-19 or 1,2,5, each once; raise RequestError for others."""
-    text, numbers = ",".join(token.value for token in tokens), dict[int, None]()
+    text, chosen = ",".join(token.value for token in tokens), dict[int, None]()
     for part in text.split(","):
         ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
         first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (0, 0)
         if not 1 <= first <= last <= MOST_NUMBER:
             must = f"must be whole numbers or ranges that rise, as 1-19, within 1 to {MOST_NUMBER}"
             raise RequestError(f"{tokens[0].keyword} {text!r}: {must}")
-        numbers |= dict.fromkeys(range(first, last + 1))
-    return list(numbers)
+        chosen |= dict.fromkeys(range(first, last + 1))
+    return list(chosen)
 
 
 Json = Annotated[bool, Parameter(help="Print one JSON object on stdout, and nothing else.")]

@@ -108,8 +108,9 @@ def inputs(
         written = [str(path) for path in write_inputs(folder, engine)]
         return show({"folder": str(folder), "written": written}, json)
     outdated = outdated_inputs(folder)
-    for name, difference in {} if json else outdated.items():
-        print(f"{folder / name}: {difference}")
+    if not json:
+        for name, difference in outdated.items():
+            print(f"{folder / name}: {difference}")
     show({"folder": str(folder), "outdated": outdated}, json, {})
     return int(bool(outdated))
 
@@ -129,7 +130,8 @@ def defect(name: str | None = None, /, *, json: Json = False) -> int:
         return 0
     text = {key: value for key, value in records[0].items() if key != "script"}
     show({"defects": records}, json, text)
-    print("" if json else f"\n{records[0].get('script', '')}", end="")
+    if not json:
+        print(f"\n{records[0].get('script', '')}", end="")
     return 0
 
 
@@ -179,7 +181,9 @@ def cache(
         place = f"{named_by or 'cache'} {folder}"
         raise RequestError(f"{place}: cannot be read ({error.strerror})") from None
     oldest = time.time() - 86400.0 * older_than if older_than else math.inf
-    items = [i for i in everything if i.used < oldest and case in (None, *i.label[1:])]
+    items = [item for item in everything if item.used < oldest]
+    if case is not None:
+        items = [item for item in items if case in item.label[1:]]
     sorts: dict[str, dict[str, int]] = {}
     for item in clear_items(folder, items) if clear else items:
         number = sorts.setdefault(item.label[0], {"entries": 0, "bytes": 0})
@@ -304,13 +308,7 @@ def upstream(
     from harness.files import check_folder
     from harness.report.page import report_files
     from harness.store.runs import write_run
-    from harness.upstream import (
-        TITLE,
-        read_tests,
-        run_upstream,
-        sections,
-        wheel_program,
-    )
+    from harness.upstream import TITLE, read_tests, run_upstream, sections, wheel_program
     from harness.workflows import progress_bars
 
     if output is not None:

@@ -26,12 +26,7 @@ from harness.cli.options import (
     duration_check,
     opener,
 )
-from harness.cli.output import (
-    check_target,
-    print_frame,
-    show,
-    write_all,
-)
+from harness.cli.output import check_target, print_frame, show, write_all
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
