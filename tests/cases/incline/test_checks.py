@@ -10,12 +10,13 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
 from harness.cases.incline.case import CASE
-from harness.cases.incline.checks import PLASTIC_CASE
+from harness.cases.incline.checks import DISC, PLASTIC_CASE, near_critical, same_path
 from harness.engines.reference import Reference
 from harness.engines.registry import engine_class
 from harness.model.scene import Scene
 from harness.report.page import draw
 from harness.results.rows import Failure, Kind, Verdict
+from harness.store.committed import known_defects
 from tests.cases.incline.doubles import diameters, grain, law, scaled, turned
 from tests.engine_doubles import Crashing, Twin
 
@@ -163,6 +164,17 @@ def test_an_engine_that_dies_leaves_failed_rows_with_its_log():
     died = [row for row in rows if row.failure is Failure.ENGINE]
     assert len(died) == len(rows)
     assert {row.log for row in died} == {"input\nlast words\n"}
+
+
+def test_a_disc_that_turns_as_a_sphere_is_the_known_defect_of_lammps():
+    def as_sphere(scene):
+        return scene.replace(bodies=tuple(body.replace(inertia=None) for body in scene.bodies))
+
+    defects = [defect.replace(engine="twin") for defect in known_defects() if defect.command]
+    check = same_path(near_critical(DISC))
+    for engine, verdict in ((Twin(as_sphere), "known defect"), (Twin(), "pass")):
+        (row,) = run_checks("incline", [check], Bench(engine), defects=defects)
+        assert row.verdict == verdict
 
 
 def test_what_an_engine_refuses_is_not_tested_with_the_reason():
