@@ -135,6 +135,14 @@ class Run:
         tested = {*judged["case"], *judged["engine"]}
         return [name for name in self.meta.named if name not in tested]
 
+    @property
+    def _idle_engines(self) -> list[str]:
+        """Return the engines that ran, and whose rows all are not tested or without a verdict."""
+        untested = self.rows[self.rows["verdict"] == Verdict.NOT_TESTED]["engine"].unique()
+        judged = self.rows[~self.rows["verdict"].isin(UNJUDGED)]["engine"].unique()
+        ran = [name for name, version in self.meta.engines.items() if version]
+        return [name for name in ran if name in untested and name not in judged]
+
     @cached_property
     def regressions(self) -> pd.DataFrame:
         """Return the changes against the accepted runs that fail this run."""
@@ -153,9 +161,9 @@ class Run:
         parts = [f"Failed: {', '.join(failures)}"] if failures else []
         parts += [f"Against the accepted run: {', '.join(moves)}"] if moves else []
         parts += [f"Nothing was tested in {', '.join(self.untested)}"] if self.untested else []
-        if not parts:
-            judged = not self.rows["verdict"].isin(UNJUDGED).all()
-            parts = ["All verdicts hold" if judged else "Nothing was judged"]
+        judged = not self.rows["verdict"].isin(UNJUDGED).all()
+        parts = parts or ["All verdicts hold" if judged else "Nothing was judged"]
+        parts += [f"{name} tested nothing" for name in self._idle_engines if judged]
         defects, untested = number[Verdict.KNOWN_DEFECT], number[Verdict.NOT_TESTED]
         parts += [f"{defects} known defect{'s' * (defects > 1)}"] if defects else []
         parts += [f"{untested} not tested"] if untested else []

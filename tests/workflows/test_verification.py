@@ -79,6 +79,11 @@ def test_the_status_of_engines(engines, more, status):
     assert verified(engines, **more).status == status
 
 
+def test_the_headline_names_an_engine_that_tested_nothing():
+    assert "; refusing tested nothing; " in verified("good,refusing").headline
+    assert "nothing" not in verified("good").headline
+
+
 def test_an_engine_of_all_may_be_missing(monkeypatch):
     monkeypatch.setattr(
         "harness.engines.registry.ENGINES",
