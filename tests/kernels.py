@@ -10,7 +10,9 @@ from harness.cases.tower.parameters import LAWS, Tower
 from harness.cases.tower.runs import solve
 from harness.solvers import hard_sphere, reference
 from harness.solvers.chain_stepped import run_columns
+from harness.solvers.contact_time import contact_time
 from tests.solvers.reference.scenes import HERTZ, HOOKE, resting
+from tests.solvers.test_contact_time import impact as touching
 
 
 def _chain():
@@ -22,6 +24,7 @@ def _chain():
 def _reference():
     reference.run(resting(HOOKE, 1e-3, 10))
     reference.run(resting(HERTZ, 1e-3, 10))
+    contact_time(touching(HERTZ))  # by the same forces
 
 
 def _rigid():
