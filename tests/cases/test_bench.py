@@ -8,7 +8,7 @@ from harness.cases.bench import Bench
 from harness.cases.registry import usable_cases
 from harness.engines.base import scene_job
 from harness.engines.registry import open_engine
-from harness.results.inputs import differ
+from harness.results.compare import differ
 from harness.results.rows import KEY
 from harness.store.committed import accepted_rows
 from tests.cases.test_defects import SLIDING, Code

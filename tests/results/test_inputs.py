@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.results.inputs import differ, digest
+from harness.results.compare import differ, digest
 
 SCENE = {"steps": 50, "units": "si", "step": 2.0e-5, "bodies": [{"position": [0.0, -1.3e-6, 0.01]}]}
 JOB = ["silo", {"places": "/home/one/beds/3f2a.data", "friction": 0.3}, SCENE]
