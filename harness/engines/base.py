@@ -29,11 +29,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+import numpy as np
+
 from harness.engines.output import Output, Provenance, motion_tables
 from harness.engines.process import cores, in_batches
 from harness.errors import (
     FULL,
     EngineError,
+    EngineNaNError,
     EngineOutputError,
     HarnessError,
     RequestError,
@@ -298,6 +301,9 @@ class Engine(ABC):
         for job, motion in zip(jobs, motions, strict=True):
             if isinstance(motion, EngineError):
                 outcomes.append(motion)
+            elif not all(np.isfinite(part).all() for part in (motion.position, motion.velocity)):
+                # also in a component that no case reads
+                outcomes.append(EngineNaNError(f"{self.title} left a motion that is not finite"))
             else:
                 tables = motion_tables(motion, self.scene_of(job), sampled=job.sampled)
                 outcomes.append(Output((), provenance, tables, seconds=seconds, title=self.title))

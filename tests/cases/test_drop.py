@@ -140,7 +140,8 @@ def lost(_, motion):
 
 @pytest.mark.parametrize(
     "change", [lost, lambda *_: EngineCrashError("it fell over"),
-               lambda _, motion: replace(motion, velocity=np.full_like(motion.velocity, np.nan))],
+               lambda _, motion: replace(motion, velocity=np.full_like(motion.velocity, np.nan)),
+               lambda _, motion: replace(motion, position=motion.position * [1.0, 1.0, np.nan])],
 )  # fmt: skip
 def test_spoiled_runs_fail_every_row(change):
     rows = verify(Twin(change_motion=change))
