@@ -184,8 +184,10 @@ def test_a_sweep_goes_on_where_client_worker_and_scheduler_were_killed(cluster, 
 
 STUBS = {
     "srun": 'exec "$@"',
+    # as the true one it keeps the script, which Dask removes once it is submitted
     "sbatch": 'case "$*" in *--test-only*) exit 0;; esac\n'
-    'bash "$1" > worker.log 2>&1 < /dev/null & echo "Submitted batch job $!"',
+    'cp "$1" job.sh\n'
+    'bash job.sh > worker.log 2>&1 < /dev/null & echo "Submitted batch job $!"',
     "scancel": 'kill "$@"',
 }
 
