@@ -134,7 +134,7 @@ class Bench:
 
     def inputs_digest(self, jobs: Sequence[Job]) -> str:
         """Return a digest of what jobs give the engine; empty without jobs."""
-        from harness.results.compare import digest
+        from harness.results.compare import digest  # with pandas: slow to import
 
         key = ("inputs", *map(job_key, jobs))
         return self._runs(key, lambda: digest(_content(self.engine, jobs))) if jobs else ""

@@ -32,6 +32,7 @@ from harness.solvers.friction import Touch
 from harness.solvers.kernels import FORCE, Records, kernel
 
 TOLERANCE = 1e-14  # relative, of a step of the integration
+MOST_STRIDES = 1_000_000  # with those that are repeated: round-off may let none succeed
 MOST_CORRECTIONS = 20  # by Newton's method, which takes some five
 LONGEST = 64.0  # times the guess that a contact may take: a strong dashpot draws it out
 FINE_STEPS = 5000  # of a contact, of the coarser of two runs of the reference
@@ -235,8 +236,9 @@ def _first(
     the last state before. ``unit`` [s] and ``speed`` [m/s] are the scales of errors.
     """
     time, x, v = start
-    h = 1e-3 * unit
-    while time < LONGEST * unit:
+    h, strides = 1e-3 * unit, 0
+    while time < LONGEST * unit and strides < MOST_STRIDES:
+        strides += 1
         next_x, next_v, error = _stride(approach, x, v, h, unit, speed)
         if error > TOLERANCE:
             h *= max(0.1, 0.9 * (TOLERANCE / error) ** 0.2)

@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from itertools import pairwise
+from operator import itemgetter
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -171,16 +172,13 @@ def system_of(scene: Scene, rules: Rules, faults: Faults) -> System:
     """Return the records of a scene at its start, whose laws have one restitution and friction."""
     laws: dict[tuple[Law, bool], dict[str, Any]] = {}
     pairs = [_contact(scene, rules, faults, laws, i, j) for i, j in _partners(scene)]
-    bodies = scene.bodies
-    if faults.discs_turn_as_spheres:
-        bodies = tuple(body.replace(inertia=None) for body in bodies)
     state = np.zeros((len(scene.bodies), PARTS, 3))
     for part, name in enumerate(("position", "velocity", "angular_velocity")):
         state[:, part] = [getattr(body, name) for body in scene.bodies]
     return System(
         rules=_records(RULES, [_rules(scene, rules, faults)])[0],
         laws=_records(LAW, [*laws.values()]),
-        bodies=_records(BODY, [_body(scene, body) for body in bodies]),
+        bodies=_records(BODY, [_body(scene, body, faults) for body in scene.bodies]),
         walls=_records(WALL, [_wall(wall) for wall in scene.walls]),
         contacts=_records(CONTACT, pairs),
         state=state,
@@ -238,7 +236,9 @@ _NO_CONTACT: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _body(scene: Scene, body: Body) -> dict[str, Any]:
+def _body(scene: Scene, body: Body, faults: Faults) -> dict[str, Any]:
+    if faults.discs_turn_as_spheres:
+        body = body.replace(inertia=None)
     free = not scene.segments and body.motion == "free"
     axes = [float(free and axis) for axis in body.axes]
     return {
@@ -321,7 +321,8 @@ def _kind(row: Mapping[str, Any]) -> np.dtype[Any]:
 
 
 def _records(kind: np.dtype[Any], rows: list[dict[str, Any]]) -> NDArray[Any]:
-    return np.array([tuple(row.values()) for row in rows], dtype=kind)
+    values = itemgetter(*kind.names or ())  # a record is filled by place
+    return np.array([values(row) for row in rows], dtype=kind)
 
 
 def tsuji(restitution: Number) -> Number:
@@ -353,6 +354,6 @@ def dashpot_coefficient(law: Law, faults: Faults) -> float:
 _FIRST = Scene(bodies=(Body(radius=1.0, mass=1.0),), step=1.0, steps=1)  # for types of records
 RULES = _kind(_rules(_FIRST, Rules(), Faults()))
 LAW = _kind(_law(Law(), Faults(), wall=False))
-BODY = _kind(_body(_FIRST, _FIRST.bodies[0]))
+BODY = _kind(_body(_FIRST, _FIRST.bodies[0], Faults()))
 WALL = _kind(_wall(Wall()))
 CONTACT = _kind(_NO_CONTACT)

@@ -129,9 +129,14 @@ class Run:
         return int(self.rows["verdict"].isin(failing).any() or not self.regressions.empty)
 
     @property
+    def _judged(self) -> pd.DataFrame:
+        """Return the rows with a verdict."""
+        return self.rows[~self.rows["verdict"].isin(UNJUDGED)]
+
+    @property
     def untested(self) -> list[str]:
         """Return the cases and engines that were named and have no judged row of an engine."""
-        judged = self.rows[(self.rows["engine"] != SOLVERS) & ~self.rows["verdict"].isin(UNJUDGED)]
+        judged = self._judged[self._judged["engine"] != SOLVERS]
         tested = {*judged["case"], *judged["engine"]}
         return [name for name in self.meta.named if name not in tested]
 
@@ -139,7 +144,7 @@ class Run:
     def _idle_engines(self) -> list[str]:
         """Return the engines that ran, and whose rows all are not tested or without a verdict."""
         untested = self.rows[self.rows["verdict"] == Verdict.NOT_TESTED]["engine"].unique()
-        judged = self.rows[~self.rows["verdict"].isin(UNJUDGED)]["engine"].unique()
+        judged = self._judged["engine"].unique()
         ran = [name for name, version in self.meta.engines.items() if version]
         return [name for name in ran if name in untested and name not in judged]
 
@@ -161,9 +166,9 @@ class Run:
         parts = [f"Failed: {', '.join(failures)}"] if failures else []
         parts += [f"Against the accepted run: {', '.join(moves)}"] if moves else []
         parts += [f"Nothing was tested in {', '.join(self.untested)}"] if self.untested else []
-        judged = not self.rows["verdict"].isin(UNJUDGED).all()
-        parts = parts or ["All verdicts hold" if judged else "Nothing was judged"]
-        parts += [f"{name} tested nothing" for name in self._idle_engines if judged]
+        is_judged = not self._judged.empty
+        parts = parts or ["All verdicts hold" if is_judged else "Nothing was judged"]
+        parts += [f"{name} tested nothing" for name in self._idle_engines if is_judged]
         defects, untested = number[Verdict.KNOWN_DEFECT], number[Verdict.NOT_TESTED]
         parts += [f"{defects} known defect{'s' * (defects > 1)}"] if defects else []
         parts += [f"{untested} not tested"] if untested else []
