@@ -174,8 +174,7 @@ class Bench:
 
     def reference_output(self, scene: Scene) -> Output:
         """Return :meth:`reference` as an output."""
-        tables = motion_tables(self.reference(scene), scene)
-        return Output((), Provenance("reference", ""), tables, title="the reference")
+        return output_of(self.reference(scene), scene)
 
     def substituting(self, motions: Mapping[Scene, Motion]) -> Bench:
         """Return a bench with the same runs, whose references of some scenes are other motions.
@@ -187,6 +186,12 @@ class Bench:
         bench._runs = self._runs
         bench._substitutes = motions
         return bench
+
+
+def output_of(motion: Motion, scene: Scene) -> Output:
+    """Return a motion of the reference as the output of an engine."""
+    tables = motion_tables(motion, scene)
+    return Output((), Provenance("reference", ""), tables, title="the reference")
 
 
 def job_key(job: Job) -> Hashable:

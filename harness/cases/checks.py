@@ -17,10 +17,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
 
 from harness.cases.base import LEVELS, Case, CaseError, Check, Level, Quantity, Value
-from harness.cases.bench import Bench
+from harness.cases.bench import Bench, output_of
 from harness.engines.base import Engine
 from harness.engines.process import cores, parallel_map
 from harness.errors import (
@@ -30,6 +32,7 @@ from harness.errors import (
     EngineMemoryError,
     EngineMissingError,
     EngineNaNError,
+    EngineOutputError,
     EngineTimeoutError,
     EngineUndecidedError,
     Unsupported,
@@ -56,10 +59,17 @@ from harness.results.rows import (
     not_tested,
 )
 
+if TYPE_CHECKING:
+    from harness.model.scene import Motion, Scene
+
 P = TypeVar("P", bound=Parameters)
+Values = Callable[["Motion"], Mapping[str, float]]  # the quantities of a motion
 Key = tuple[str, str, str, str, str]  # of a row
 ROUND_OFF = 1e-9  # of the scale of a quantity
 REASON = "both take the same steps: what differs is round-off, or a fault"
+DIGIT_DRAWS = 8
+FULL_DIGITS = 15  # from which on what is cut is round-off
+DIGIT_DRAWS = 8
 SEARCH_LIMIT = 100_000  # steps times bodies of a scene beyond which no convention is searched
 FAILURES: tuple[tuple[type[EngineError], Failure], ...] = (
     (EngineTimeoutError, Failure.TIMEOUT),
@@ -204,24 +214,70 @@ def with_digits(tolerance: Tolerance, unit: float, bench: Bench) -> Tolerance:
     return Tolerance(tolerance.absolute + error, reason=f"{tolerance.reason}; {digits} digits")
 
 
+def equal_steps_tolerance(
+    values: Values, scene: Scene | None, name: str, size: float, bench: Bench
+) -> Tolerance:
+    """Return round-off of the ``size`` of a quantity, and what the engine's digits hide of it.
+
+    ``values`` returns the quantities of a motion. A difference of two large numbers loses more
+    than their last digit: how much is measured on the reference's motion of the ``scene``.
+    """
+    plain = Tolerance(ROUND_OFF * size, reason=REASON)
+    digits = bench.engine.traits.digits
+    if scene is None or digits >= FULL_DIGITS:
+        return with_digits(plain, size, bench)
+    lost = bench.once(_digit_errors, values, scene, bench)[name]
+    return with_digits(plain, max(size, lost / 10.0 ** (1 - digits)), bench)
+
+
+def _digit_errors(values: Values, scene: Scene, bench: Bench) -> dict[str, float]:
+    """Return the largest errors of quantities where all numbers have the engine's digits.
+
+    In each draw every number is off by half its last digit, up or down at random.
+    """
+    motion = bench.reference(scene)
+    half, signs = 0.5 * 10.0 ** (1 - bench.engine.traits.digits), np.random.default_rng(0)
+    expected = values(motion)
+    errors = dict.fromkeys(expected, 0.0)
+    for _ in range(DIGIT_DRAWS):
+        changed = {
+            name: numbers * (1.0 + half * signs.choice((-1.0, 1.0), numbers.shape))
+            for name, numbers in vars(motion).items()
+            if name != "time" and numbers is not None
+        }
+        with suppress(EngineOutputError):  # so few digits may not show the contact
+            for name, value in values(replace(motion, **changed)).items():
+                errors[name] = max(errors[name], abs(value - expected[name]))
+    return errors
+
+
 def equal_steps_checks(
-    case: Case[P], engine: Engine, setups: Mapping[str, P], level: Level = "quick"
+    case: Case[P],
+    engine: Engine,  # noqa: ARG001 - all checks of a case are of an engine
+    setups: Mapping[str, P],
+    level: Level = "quick",
 ) -> Iterator[Check]:
     """Yield a check of each quantity of one run in each setup, by the name of the setup.
 
     The tolerance is a part of the quantity's scale, and the last digit of the engine's output.
     """
-    digits = 10.0 ** (1 - engine.traits.digits)
     for setup, parameters in setups.items():
         job, exact = case.job(parameters), case.exact(parameters)
         values, expected = partial(_measured, case, parameters), partial(case.reference, parameters)
+        of_motion = partial(_measured_motion, case, parameters)
         for quantity in case.quantities:
             if not quantity.varies:  # a search of several runs
                 yield equal_steps_check(
                     quantity,
                     values,
                     expected,
-                    Tolerance((ROUND_OFF + digits) * quantity.size(parameters), reason=REASON),
+                    partial(
+                        equal_steps_tolerance,
+                        of_motion,
+                        case.scene(parameters),
+                        quantity.name,
+                        quantity.size(parameters),
+                    ),
                     exact=exact.get(quantity.name),
                     setup=setup,
                     level=level,
@@ -231,6 +287,12 @@ def equal_steps_checks(
 
 def _measured(case: Case[P], parameters: P, bench: Bench) -> Mapping[str, float]:
     return case.measure(parameters, bench.output(case.job(parameters)))
+
+
+def _measured_motion(
+    case: Case[P], parameters: P, scene: Scene, motion: Motion
+) -> Mapping[str, float]:
+    return case.measure(parameters, output_of(motion, scene))
 
 
 # ---- failures explained: known defects, defects that are gone, conventions that would pass

@@ -22,7 +22,7 @@ import numpy as np
 
 from harness.cases.base import LEVELS, Case, Check, Level, Value
 from harness.cases.bench import Bench
-from harness.cases.checks import REASON, ROUND_OFF, equal_steps_check, runs_at, with_digits
+from harness.cases.checks import ROUND_OFF, equal_steps_check, equal_steps_tolerance, runs_at
 from harness.cases.contacts.parameters import ContactSystem
 from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.output import SERIES
@@ -200,17 +200,23 @@ class Trial:
         refused = bool(engine.refuses(self.job))
         exact = {} if self.variation or refused else self.case.exact(self.parameters)
         values, expected = partial(_values, self), partial(_expected_values, self)
+        of_motion = partial(observe, self.parameters)
         for name in self.case.names(self.parameters)[: 1 if refused else None]:
             quantity = self.case.quantity(name)
-            tolerance = partial(self._tolerance, quantity.size(self.parameters))
+            size = quantity.size(self.parameters)
+            tolerance = partial(equal_steps_tolerance, of_motion, self.scene, name, size)
             yield equal_steps_check(
                 quantity, values, expected, tolerance, exact=exact.get(name), **common
             )
         if refused:
             return
         common |= {"unit": "1", "expected": 0.0}
-        tolerance = partial(self._tolerance, 1.0)
-        yield Check(quantity=MOTION, measure=self._motion_difference, tolerance=tolerance, **common)
+        yield Check(
+            quantity=MOTION,
+            measure=self._motion_difference,
+            tolerance=self._motion_tolerance,
+            **common,
+        )
         rules = engine.rules(self.scene)
         if rules.changed and not self.variation and self.moved(rules, Rules())[0] > ROUND_OFF:
             yield Check(quantity=MOVED, measure=self._moved, kind=Kind.FINDING, **common)
@@ -234,17 +240,16 @@ class Trial:
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
 
-    def _tolerance(self, size: float, bench: Bench) -> Tolerance:
-        """Return round-off of a size, and of few digits of positions what is left of the path."""
-        plain = Tolerance(absolute=ROUND_OFF * size, reason=REASON)
-        if bench.engine.traits.digits >= 15:  # what they cut is round-off
-            return plain
-        motion = bench.reference(self.scene)
-        lost = np.abs(motion.position).max() / _length(self.scene, motion)
-        return with_digits(plain, size * max(1.0, lost), bench)
-
     def _motion_difference(self, bench: Bench) -> float:
         return motion_difference(self.scene, bench.motion(self.job), bench.reference(self.scene))
+
+    def _motion_tolerance(self, bench: Bench) -> Tolerance:
+        expected = bench.reference(self.scene)
+
+        def differences(motion: Motion) -> Mapping[str, float]:
+            return {MOTION: motion_difference(self.scene, motion, expected)}
+
+        return equal_steps_tolerance(differences, self.scene, MOTION, 1.0, bench)
 
     def _moved(self, bench: Bench) -> Value:
         rules = bench.rules(self.scene)

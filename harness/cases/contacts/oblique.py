@@ -24,7 +24,7 @@ from pydantic import Field
 
 from harness.cases.base import Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
-from harness.cases.checks import REASON, ROUND_OFF
+from harness.cases.checks import REASON, ROUND_OFF, with_digits
 from harness.cases.contacts.contact_case import ContactCase, law_part
 from harness.cases.contacts.impact import impact_scene, relative_velocity
 from harness.cases.contacts.parameters import AngularSpeed, ContactSystem, Speed, ratios
@@ -44,6 +44,7 @@ LAWS = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")
 INCIDENCES = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0])
 FRICTION, POISSON = 0.3, 0.3
 STEPS = 400  # of a contact, of those impacts
+SAME_REBOUNDS = Tolerance(absolute=ROUND_OFF * float(INCIDENCES[-1]), reason=REASON)
 LEAST_ANGLE = 1e-6  # [deg]: ratios of velocities have an error of 1e-16 over its sine, 1e-8
 # [m], [kg], [s]: units in which radius, mass and duration of a contact are about 1; powers of two,
 # so that no bit of a ratio may differ from that in SI units
@@ -238,7 +239,7 @@ class PartialSlipCase(ContactCase[Any]):
                 unit="1",
                 measure=partial(self._difference, law),
                 expected=0.0,
-                tolerance=Tolerance(absolute=ROUND_OFF * float(INCIDENCES[-1]), reason=REASON),
+                tolerance=partial(with_digits, SAME_REBOUNDS, float(INCIDENCES[-1])),
                 level="default",
                 jobs=self._jobs(law),
                 note="largest difference from the reference of 12 impacts, drawn in the report",

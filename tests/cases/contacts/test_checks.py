@@ -121,7 +121,9 @@ def test_a_planted_fault_turns_a_row(fault):
     assert Failure.HARNESS not in failures
 
 
-@pytest.mark.parametrize("name", ["oblique", "head-on", "slip-to-roll"])
+@pytest.mark.parametrize(
+    "name", ["head-on", "slip-to-roll", "collision", "curved-wall", "pull-off"]
+)
 def test_a_code_with_few_digits_is_held_to_what_they_resolve(name):
     right = rows_of(case_named(name), FewDigits(declared=Rules()))
     assert {row.verdict for row in right} == {Verdict.PASS}
