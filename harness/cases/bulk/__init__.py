@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -36,7 +36,6 @@ from harness.report import content
 from harness.results.rows import Kind, Tolerance
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 B = TypeVar("B", bound=Bed)
@@ -114,6 +113,14 @@ class Curve(NamedTuple):
     scale: tuple[float, float] = (1.0, 1.0)
 
 
+class Plane(NamedTuple):
+    """The plane of a film: its y [m], the walls in it, each radius [m] unless a run writes it."""
+
+    y: float
+    walls: Sequence[Line]
+    radii: Floats | None = None
+
+
 class BulkCase(Case[B]):
     """A system of many grains, run from several seeds (parameter ``seed``).
 
@@ -156,30 +163,26 @@ class BulkCase(Case[B]):
     # ---- what a case adds
 
     @abstractmethod
-    def quantities_of(self, p: B, output: Output, table: Table) -> dict[str, float]:
-        """Return the quantities of a run but for its wall time; ``table`` is its series."""
+    def _quantities(self, p: B, output: Output, table: Table) -> dict[str, float]:
+        """Return the quantities of a run but for its wall time; ``table`` is its series.
+
+        Raise EngineOutputError for another number of grains, EngineLostAtomsError for one beyond a
+        wall, EngineUndecidedError for a process that did not end.
+        """
 
     @abstractmethod
     def columns(self, p: B, table: Table) -> dict[str, Floats]:
         """Return the columns of :attr:`curves`, each (M,)."""
 
     @abstractmethod
-    def plane(self, p: B) -> tuple[float, Sequence[Line]]:
-        """Return the plane of a film: its y [m] and the walls in it."""
+    def _plane(self, p: B) -> Plane:
+        """Return the plane of a film."""
 
-    def radii(self, p: B) -> Floats | None:
-        """Return the radius of each particle (N,) [m]; None where the run of a film writes it."""
-        return None
-
-    def counts(self, p: B) -> dict[str, int]:
-        """Return numbers of grains by the names of results that must have them."""
-        return {}
-
-    def elastic_bound(self, p: B, sample: Sample) -> float:
+    def _elastic_bound(self, p: B, sample: Sample) -> float:
         """Return a bound of :data:`ELASTIC` for engines that do not measure it."""
         return math.nan
 
-    def more_checks(self, setup: Setup[B]) -> Iterable[Check]:
+    def _more_checks(self, setup: Setup[B]) -> Iterable[Check]:
         """Return the checks of an engine by itself beyond energy gained and bed at rest."""
         return ()
 
@@ -188,12 +191,14 @@ class BulkCase(Case[B]):
     def job(self, parameters: B, law: StatedLaw | None = None) -> Job:
         """Return the job of a run, perhaps under a law; raise RequestError for a bad bed."""
         values = parameters.values if law is None else law.values(parameters.values)
-        seconds = SECONDS_PER_STEP * parameters.particle_steps
+        seconds = SECONDS_PER_STEP * self.cost(parameters)
         return Job(self.template, values, sampled=True, seconds=seconds)
 
     def cost(self, parameters: B) -> float:
-        """Return the steps of a run times its grains."""
-        return parameters.particle_steps
+        """Return the steps of a run times its grains; half of those that leave count."""
+        staying = 0.5 if parameters.LEAVING else 1
+        steps = parameters.settle_steps + parameters.steps * staying
+        return float(parameters.grains * steps)
 
     def measure(self, parameters: B, output: Output) -> Mapping[str, float]:
         """Return the quantities of a run.
@@ -203,11 +208,11 @@ class BulkCase(Case[B]):
         that did not end.
         """
         p, table = parameters, output.table(self.series)
-        output.check_numbers({**self.counts(p), "steps": p.settle_steps + p.steps})
+        output.check_numbers({"steps": p.settle_steps + p.steps})
         _check_rows(p, output, table)
         moved = p.every * table["remaining"].sum() if p.LEAVING else p.grains * p.steps
         seconds = output.seconds / (p.grains * p.settle_steps + moved)
-        return {**self.quantities_of(p, output, table), TIME: float(1e6 * seconds)}
+        return {**self._quantities(p, output, table), TIME: float(1e6 * seconds)}
 
     def profile(self, parameters: B, output: Output) -> Mapping[str, Sequence[float]]:
         """Return the curves over the abscissa of the first one."""
@@ -219,15 +224,15 @@ class BulkCase(Case[B]):
         """Return the job whose series is that of all particles."""
         job = self.job(parameters)
         values = {**job.values, "series_every": max(1, parameters.steps // (frames - 1))}
-        if self.radii(parameters) is None:
+        if self._plane(parameters).radii is None:
             values["particles"] = 1
         return replace(job, values=values)
 
     def discs(self, parameters: B, output: Output) -> content.Discs:
         """Return the film of a cut through the middle."""
-        (y, lines), radii = self.plane(parameters), self.radii(parameters)
         step = output.table(("step",))["step"] - parameters.settle_steps
-        return plane_discs(self.title, output, step * parameters.step_size, y, lines, radii)
+        time = step * parameters.step_size
+        return plane_discs(self.title, output, time, *self._plane(parameters))
 
     def sample(self, bench: Bench, setup: Setup[B], law: StatedLaw | None = None) -> Sample:
         """Return the runs of a setup; raise the first error of an engine."""
@@ -253,51 +258,47 @@ class BulkCase(Case[B]):
         """Return the checks of an engine by itself."""
         for setup in self.setups:
             jobs, level = [self.job(p) for p in setup.runs], setup.level_in(engine)
-            for check in (self._gain(setup), self._rest(setup), *self.more_checks(setup)):
+            for check in (*self._bed_checks(setup), *self._more_checks(setup)):
                 yield replace(check, level=level, jobs=jobs)
 
     def comparisons(self, engines: Sequence[Engine]) -> Iterable[tuple[Engine, Check]]:
         """Return the comparisons of every two engines in every setup that both can run."""
         return comparison.comparisons(self, engines)
 
-    def _gain(self, setup: Setup[B]) -> Check:
-        """Return the check that no seed gains more energy than the springs of its bed hold."""
-        p = setup.runs[0]
-
-        def worst(sample: Sample) -> tuple[float, float]:
-            gains = sample.values(self.gain)
-            springs = sample.values(ELASTIC) * (1.0 + p.tangential_share)
-            if not np.isfinite(springs).all():
-                springs = np.full(len(gains), self.elastic_bound(p, sample))
-            seed = int(np.argmax(gains - springs))
-            return float(gains[seed]), float(springs[seed])
-
-        share = f"tangential ones at most {p.tangential_share:.2g} times the normal ones"
-        reason = f"energy of the bed's springs at rest, {share}"
-        return self.check(
-            setup, self.gain, lambda s: worst(s)[0],
-            tolerance=lambda s: Tolerance(worst(s)[1], reason=reason),
-        )  # fmt: skip
-
-    def _rest(self, setup: Setup[B]) -> Check:
-        """Return the check that each bed is at rest before it is disturbed.
+    def _bed_checks(self, setup: Setup[B]) -> Iterator[Check]:
+        """Yield that no seed gains more energy than its bed's springs hold, and that beds rest.
 
         A bed swings for a time that its law decides, in each code alike: where it still moves, the
         time to settle is too short, and no code is at fault.
         """
+        p = setup.runs[0]
 
-        def worst(sample: Sample) -> float:
+        def springs(sample: Sample) -> Floats:
+            energies = sample.values(ELASTIC) * (1.0 + p.tangential_share)
+            if np.isfinite(energies).all():
+                return energies
+            return np.full(len(energies), self._elastic_bound(p, sample))
+
+        def worst(sample: Sample) -> int:
+            return int(np.argmax(sample.values(self.gain) - springs(sample)))
+
+        def motion(sample: Sample) -> float:
             value = float(sample.values(self.rest).max())
             if value > AT_REST:
                 raise Unsupported(
                     f"the bed is not at rest: it has {value:.2%} of {self.rest_scale}, must have "
-                    f"{AT_REST:.0%} at most; settle_time = {setup.runs[0].settle_time:g} s is too "
-                    "short"
+                    f"{AT_REST:.0%} at most; settle_time = {p.settle_time:g} s is too short"
                 )
             return value
 
-        reason = f"a bed that moves adds 1 % to {self.rest_scale} at most"
-        return self.check(setup, self.rest, worst, tolerance=Tolerance(AT_REST, reason=reason))
+        held = "energy of the bed's springs at rest, tangential ones at most "
+        held += f"{p.tangential_share:.2g} times the normal ones"
+        yield self.check(
+            setup, self.gain, lambda s: float(s.values(self.gain)[worst(s)]),
+            tolerance=lambda s: Tolerance(float(springs(s)[worst(s)]), reason=held),
+        )  # fmt: skip
+        moving = f"a bed that moves adds 1 % to {self.rest_scale} at most"
+        yield self.check(setup, self.rest, motion, tolerance=Tolerance(AT_REST, reason=moving))
 
     def check(
         self,
@@ -339,14 +340,19 @@ class BulkCase(Case[B]):
 
     def _section(self, setup: Setup[B], samples: Mapping[str, Sample]) -> content.Section:
         """Return the section of a setup: means of each engine, and the curves of all runs."""
+        import pandas as pd
+
+        columns = {"quantity": [f"{q.name} ({q.unit})" for q in self.quantities]}
+        for title, sample in samples.items():
+            columns[title] = [_mean_text(sample.values(q.name)) for q in self.quantities]
         stem = "-".join((self.name, *setup.name.replace(",", "").split()))
         caption = f"A line for each run, {setup.name}."
         drawings = tuple(
             content.Drawing(f"{stem}-{c.name}", c.title, caption, partial(_curve, c, samples))
             for c in self.curves
         )
-        table = content.Table("Means", _means_table(samples, self.quantities), MEANS)
         title = f"{self.title}: {setup.system}" if setup.system else self.title
+        table = content.Table("Means", pd.DataFrame(columns), MEANS)
         return content.Section(f"{title}, {setup.name}", self.text, (table,), drawings)
 
 
@@ -392,19 +398,7 @@ def energy_rise(output: Output, table: Table) -> float:
     return float((energy - np.minimum.accumulate(energy)).max())
 
 
-# ---- tables, figures and films
-
-
-def _means_table(
-    samples: Mapping[str, Sample], quantities: Sequence[Quantity[Any]]
-) -> pd.DataFrame:
-    """Return the mean of each quantity and its interval, a column for each engine."""
-    import pandas as pd
-
-    columns: dict[str, list[str]] = {"quantity": [f"{q.name} ({q.unit})" for q in quantities]}
-    for title, sample in samples.items():
-        columns[title] = [_mean_text(sample.values(quantity.name)) for quantity in quantities]
-    return pd.DataFrame(columns)
+# ---- texts, figures and films
 
 
 def _mean_text(values: Floats) -> str:

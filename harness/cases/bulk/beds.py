@@ -23,8 +23,7 @@ import hashlib
 import lzma
 import math
 import tempfile
-from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -37,9 +36,9 @@ from pydantic import Field, model_validator
 from harness.engines.base import Value
 from harness.files import cache_place, make_private, text_writer, write_files
 from harness.model.base import Parameters
+from harness.theory import contact
 
 Floats = NDArray[np.float64]
-Ends = tuple[tuple[float, float], ...]
 PUBLISHED = "published"  # preset and places of the published systems
 RAYLEIGH_SHARE = 0.2  # longest step over the time of a Rayleigh wave around half a sphere
 STEPS_IN_IMPACT = 20.0  # fewest steps of a Hertz impact
@@ -77,16 +76,14 @@ class Sphere:
         return RAYLEIGH_SHARE * wave / math.sqrt(self.youngs_modulus) / (0.1631 * nu + 0.8766)
 
     def impact_step(self, wall_modulus: float, speed: float) -> float:
-        """Return the longest step [s] by an impact on a wall of the same Poisson's ratio.
-
-        An impact takes 2.8683 (m^2/(R E*^2 v))^(1/5) (Hertz; Johnson, Contact Mechanics, 11.24).
-        """
-        both = self.youngs_modulus + wall_modulus
-        modulus = self.youngs_modulus * wall_modulus / both / (1.0 - self.poisson_ratio**2)
-        impact = (self.mass**2 / (self.radius * modulus**2 * speed)) ** 0.2
-        return float(2.8683 * impact / STEPS_IN_IMPACT)
+        """Return the longest step [s] by Hertz's impact on a wall of the same Poisson's ratio."""
+        softness = 1.0 / self.youngs_modulus + 1.0 / wall_modulus
+        modulus = 1.0 / softness / (1.0 - self.poisson_ratio**2)
+        spring = contact.stiffness(modulus, self.radius)
+        return contact.contact_time(self.mass, spring, speed) / STEPS_IN_IMPACT
 
 
+# fields that several systems have, with defaults of their own
 # fmt: off
 Places = Annotated[
     str, Field(description="[-] published: those of the grains of Dosta and others; empty: a "
@@ -138,9 +135,8 @@ class Bed(Parameters):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for wrong, reason in self._flaws():
-            if wrong:
-                raise ValueError(reason)
+        if flaw := next(self._flaws(), None):
+            raise ValueError(flaw)
         if self.step_size > self.longest_step:
             raise ValueError(
                 f"step_size = {self.step_size:g} s: must be at most {self.longest_step:.4g}, "
@@ -148,16 +144,16 @@ class Bed(Parameters):
             )
         return self
 
-    def _flaws(self) -> Iterable[tuple[bool, str]]:
-        """Yield whether values do not go together, each with the reason."""
-        yield (
-            self.scatter > self.room,
-            f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
-            f"{self.room:.4g}",
-        )
+    def _flaws(self) -> Iterator[str]:
+        """Yield the reasons why values do not go together."""
+        if self.scatter > self._room:
+            yield (
+                f"scatter = {self.scatter:g}: grains overlap at the start; must be at most "
+                f"{self._room:.4g}"
+            )
 
     @property
-    def room(self) -> float:
+    def _room(self) -> float:
         """Return the room between grains of the first lattice [diameters]."""
         return self.spacing - 1.0
 
@@ -177,12 +173,10 @@ class Bed(Parameters):
         """Return the largest energy of a tangential spring over that of its normal one.
 
         Hertz: F = 2/3 k_n overlap stores 3/5 F^2/k_n, k_n = 2 E* a. Mindlin: at most
-        (mu F)^2/(2 k_t), k_t = 8 G* a, and k_n/k_t = (2 - nu)/(2 (1 - nu)) (Johnson, Contact
-        Mechanics, 7.2).
+        (mu F)^2/(2 k_t), k_t = 8 G* a (Johnson, Contact Mechanics, 7.2).
         """
         friction = max(getattr(self, name) for name in self.FRICTIONS)
-        stiffness_ratio = (2.0 - self.poisson_ratio) / (2.0 * (1.0 - self.poisson_ratio))
-        return float(5.0 / 6.0 * friction**2 * stiffness_ratio)
+        return float(5.0 / 6.0 * friction**2 / contact.stiffness_ratio(self.poisson_ratio))
 
     @property
     def every(self) -> int:
@@ -203,11 +197,6 @@ class Bed(Parameters):
         return int(self.every * math.ceil(time / self.step_size / self.every - 1e-9))
 
     @property
-    def particle_steps(self) -> float:
-        """Return the expected steps times grains; half of those that leave are gone on average."""
-        return float(self.grains * (self.settle_steps + self.steps * (0.5 if self.LEAVING else 1)))
-
-    @property
     def values(self) -> dict[str, Value]:
         """Return the values of a script."""
         values: dict[str, Value] = {name: v for name, v in self if name not in NO_VALUES}
@@ -216,7 +205,9 @@ class Bed(Parameters):
 
 
 class BedOfOneKind(Bed):
-    """Grains of one kind."""
+    """Grains of one kind, on a floor of an area [m2]."""
+
+    floor_area: ClassVar[property]
 
     layers: Layers = 20
     radius: Radius = 1e-3
@@ -232,7 +223,7 @@ class BedOfOneKind(Bed):
         return Sphere(self.radius, self.density, self.youngs_modulus, self.poisson_ratio)
 
     @property
-    def kinds(self) -> tuple[Sphere, ...]:
+    def kinds(self) -> Sequence[Sphere]:
         """Return the kinds of grains."""
         return (self.grain,)
 
@@ -252,22 +243,16 @@ class BedOfOneKind(Bed):
         return float(self.grains * self.grain.mass * self.gravity)
 
     @property
-    @abstractmethod
-    def floor_area(self) -> float:
-        """Return the area on which the bed lies [m2]."""
-
-    @property
     def largest_elastic_energy(self) -> float:
         """Return a bound of the elastic energy of the bed at rest [J].
 
         Each of six contacts of a grain, counted half, bears the weight F of a whole column of
-        grains, as only the lowest do: 2/5 F overlap, F = 4/3 E* sqrt(R*) overlap^(3/2),
-        E* = E/(2 (1 - nu^2)), R* = r/2.
+        grains, as only the lowest do: 2/5 F overlap, by Hertz with E* = E/(2 (1 - nu^2)), R* = r/2.
         """
         column = self.grains * (2.0 * self.radius) ** 2 / self.floor_area
         load = column * self.grain.mass * self.gravity
-        stiffness = 2.0 / 3.0 * self.youngs_modulus / (1.0 - self.poisson_ratio**2)
-        overlap = (load / (stiffness * math.sqrt(self.radius / 2.0))) ** (2.0 / 3.0)
+        modulus = self.youngs_modulus / (2.0 * (1.0 - self.poisson_ratio**2))
+        overlap = (load / contact.stiffness(modulus, self.radius / 2.0)) ** (2.0 / 3.0)
         return float(3.0 * self.grains * 0.4 * load * overlap)
 
 
@@ -293,10 +278,8 @@ def level_bed(
     from scipy.optimize import brentq
 
     def moment(height: float, power: int) -> float:
-        def integrand(z: float) -> float:
-            return section(z) * (z - lowest) ** power
-
-        return float(quad(integrand, lowest, height, epsabs=0.0, epsrel=1e-12)[0])
+        weighted = lambda z: section(z) * (z - lowest) ** power  # noqa: E731
+        return float(quad(weighted, lowest, height, epsabs=0.0, epsrel=1e-12)[0])
 
     def difference(height: float) -> float:
         return lowest + moment(height, 1) / moment(height, 0) - mean_height
@@ -322,14 +305,13 @@ class PublishedBed:
     counts: tuple[int, ...]
     origin: tuple[float, float, float]
 
-    def flaws(self, p: Bed, places: str) -> Iterable[tuple[bool, str]]:
-        """Yield whether parameters name another bed or do not fit this one, with the reason."""
-        published = f"places = {PUBLISHED!r}"
-        yield places not in ("", PUBLISHED), f"places = {places!r}: must be {PUBLISHED!r} or empty"
-        for name, size in self.sizes.items():
-            value = getattr(p, name)
-            reason = f"{name} = {value:g} m: must be {size:g} with {published}"
-            yield bool(places) and value != size, reason
+    def flaws(self, p: Bed, places: str) -> Iterator[str]:
+        """Yield why ``places`` name another bed, or parameters do not fit this one."""
+        if places not in ("", PUBLISHED):
+            yield f"places = {places!r}: must be {PUBLISHED!r} or empty"
+        for name, size in self.sizes.items() if places else ():
+            if (value := getattr(p, name)) != size:
+                yield f"{name} = {value:g} m: must be {size:g} with places = {PUBLISHED!r}"
 
     def rows(self) -> Floats:
         """Return radius and place of each grain from the case's origin [m], (N, 4)."""
@@ -337,13 +319,13 @@ class PublishedBed:
             rows: Floats = np.loadtxt(lines, skiprows=1) - np.array([0.0, *self.origin])
         return rows
 
-    def values(self, kinds: tuple[Sphere, ...], ends: Ends) -> dict[str, Value]:
+    def values(self, kinds: Sequence[Sphere], *ends: tuple[float, float]) -> dict[str, Value]:
         """Return the values of a script: the path of a data file of ``atom_style sphere``.
 
         Grains of the first kind are type 1, there are three types; ``ends`` of the box along x, y,
         z [m]. It lies in the cache, named after its content, which a job has by its name.
         """
-        text = _data_text(self, kinds, ends)
+        text = _data_text(self, tuple(kinds), ends)
         folder = cache_place().path / "beds"
         if len(str(folder).split()) > 1:  # a script's words end at spaces
             folder = Path(tempfile.gettempdir())
@@ -355,8 +337,9 @@ class PublishedBed:
 
 
 @lru_cache(maxsize=4)  # a setup needs it for each run
-def _data_text(bed: PublishedBed, kinds: tuple[Sphere, ...], ends: Ends) -> str:
-    # without the comment "# sphere": LIGGGHTS takes it for a part of the section's name
+def _data_text(
+    bed: PublishedBed, kinds: Sequence[Sphere], ends: Sequence[tuple[float, float]]
+) -> str:
     rows = bed.rows()
     grains = [
         f"{number} {2.0 * kind.radius:.17g} {kind.density:.17g} {x:.17g} {y:.17g} {z:.17g}"
@@ -366,4 +349,5 @@ def _data_text(bed: PublishedBed, kinds: tuple[Sphere, ...], ends: Ends) -> str:
     head = [f"{len(grains)} grains", "", f"{len(grains)} atoms", "3 atom types", ""]
     head += [f"{a:.17g} {b:.17g} {n}lo {n}hi" for n, (a, b) in zip("xyz", ends, strict=True)]
     lines = [f"{number} {grain}" for number, grain in enumerate(grains, 1)]
+    # without the comment "# sphere": LIGGGHTS takes it for a part of the section's name
     return "\n".join([*head, "", "Atoms", "", *lines, ""])

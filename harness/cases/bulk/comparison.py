@@ -33,7 +33,7 @@ from harness.model.base import Allowed
 from harness.model.law import Law
 from harness.model.scene import Scene, sphere
 from harness.results.rows import Failure, Kind, Tolerance
-from harness.theory.contact import restitution_unclipped
+from harness.theory.contact import restitution_unclipped, stiffness_ratio
 
 if TYPE_CHECKING:
     from harness.cases.bench import Bench
@@ -111,14 +111,12 @@ class Sample(NamedTuple):
 
 def mean_interval(values: Floats) -> tuple[float, float]:
     """Return Student's 95 % interval of a mean; of fewer than :data:`FEWEST` values NaN."""
-    from scipy.stats import ttest_1samp
+    from scipy import stats
 
     if len(values) < FEWEST:
         return math.nan, math.nan
-    if not np.ptp(values):
-        return float(values[0]), float(values[0])
-    interval = ttest_1samp(values, 0.0).confidence_interval(0.95)
-    return float(interval.low), float(interval.high)
+    half = stats.t.ppf(0.975, len(values) - 1) * stats.sem(values)
+    return float(values.mean() - half), float(values.mean() + half)
 
 
 def ratio_of_means(first: Floats, second: Floats) -> Value:
@@ -216,8 +214,7 @@ def stated_law(engine: Engine, law: Law) -> StatedLaw:
     """
     kinds = product(SPRINGS, (False, True))
     springs = [law.replace(tangential=spring, clipped=clipped) for spring, clipped in kinds]
-    nu = law.poisson_ratio or 0.0
-    tied = math.sqrt(2.0 * (1.0 - nu) / (2.0 - nu))  # sqrt(k_t/k_n) of Mindlin and Hertz
+    tied = math.sqrt(stiffness_ratio(law.poisson_ratio or 0.0))
     candidates = [(near, near) for near in springs]
     candidates += [(near, near.replace(rolling="none")) for near in springs]
     candidates += [
@@ -274,33 +271,32 @@ def comparisons(case: BulkCase[Any], engines: Sequence[Engine]) -> Iterator[tupl
     for setup in case.setups:
         p = setup.runs[0]
         law = bulk_law(p.poisson_ratio, getattr(p, "rolling_friction", 0.0))
-        able = [engine for engine in engines if not engine.refuses(case.job(p))]
-        laws = {engine.name: stated_law(engine, law) for engine in able}
-        for both in combinations(able, 2):
-            for pair in _pairs(*both, laws):
+        able = [(e, stated_law(e, law)) for e in engines if not e.refuses(case.job(p))]
+        for one, other in combinations(able, 2):
+            level = setup.level_in(one[0], other[0])
+            for pair in _pairs(*one, *other):
                 if pair.law is None or not pair.runner.refuses(case.job(p, pair.law)):
                     for check in _ratio_checks(case, setup, pair):
-                        yield pair.runner, replace(check, level=setup.level_in(*both))
+                        yield pair.runner, replace(check, level=level)
 
 
-def _pairs(first: Engine, second: Engine, laws: Mapping[str, StatedLaw]) -> Iterator[Pair]:
+def _pairs(first: Engine, law: StatedLaw, second: Engine, other: StatedLaw) -> Iterator[Pair]:
     """Yield the comparisons of two engines, each under its own law, and both under one."""
-    both = laws[first.name], laws[second.name]
-    if both[0] == both[1]:
-        yield Pair(first, None, second, Kind.CROSS_CODE, f"over {second.title}")
+    over = f"over {second.title}"
+    if law == other:
+        yield Pair(first, None, second, Kind.CROSS_CODE, over)
         return
-    note = f"{first.title}: {both[0].text}; {second.title}: {both[1].text}"
-    yield Pair(first, None, second, Kind.FINDING, f"over {second.title}", note)
-    if both[0].rules == both[1].rules:
+    both = f"{first.title}: {law.text}; {second.title}: {other.text}"
+    yield Pair(first, None, second, Kind.FINDING, over, both)
+    if law.rules == other.rules:
         return
-    for runner, partner in ((first, second), (second, first)):
-        law, rules = laws[partner.name], f"the rules of {partner.title}"
-        kind, note = Kind.CROSS_CODE, ""
-        if law.lacks:
-            kind, note = Kind.FINDING, f"{partner.title} {law.lacks}"
-        yield Pair(runner, law, partner, kind, f"under {rules}, over {partner.title}", note)
-        note = "effect of the rules in one code; its sign is not predicted"
-        yield Pair(runner, law, runner, Kind.FINDING, rules, note)
+    effect = "effect of the rules in one code; its sign is not predicted"
+    for runner, partner, theirs in ((first, second, other), (second, first, law)):
+        rules = f"the rules of {partner.title}"
+        kind = Kind.FINDING if theirs.lacks else Kind.CROSS_CODE
+        lacks = f"{partner.title} {theirs.lacks}" if theirs.lacks else ""
+        yield Pair(runner, theirs, partner, kind, f"under {rules}, over {partner.title}", lacks)
+        yield Pair(runner, theirs, runner, Kind.FINDING, rules, effect)
 
 
 def _ratio_checks(case: BulkCase[Any], setup: Setup[Bed], pair: Pair) -> Iterator[Check]:

@@ -8,7 +8,7 @@ everything else is computed here.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from pydantic import Field
 
 from harness.cases import bulk
 from harness.cases.base import Quantity
-from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
+from harness.cases.bulk import BulkCase, Curve, Plane, Setup, beds
 from harness.cases.bulk.beds import (
     LATTICE,
     PUBLISHED,
@@ -36,13 +36,11 @@ PLACES = ("x_m", "y_m", "z_m")
 STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
 LAST = 1.0 / 6.0  # share of the turn, up to its end, over which the mixing index is averaged
 SOFTENED = "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
-
-
 BED = PublishedBed(
     "drum-38k.txt.xz",
-    {"large_radius": 2e-3, "small_radius": 1e-3, "drum_radius": 0.1, "drum_length": 0.06},
-    (8000, 30000),
-    (0.0, 0.0, 0.0),
+    sizes={"large_radius": 2e-3, "small_radius": 1e-3, "drum_radius": 0.1, "drum_length": 0.06},
+    counts=(8000, 30000),
+    origin=(0.0, 0.0, 0.0),
 )
 
 
@@ -78,13 +76,13 @@ class Drum(Bed):
     cell: float = Field(8e-3, gt=0.0, description="[m] edge of the cells of the mixing index")
     step_size: beds.StepSize = 3.5e-5
 
-    def _flaws(self) -> Iterable[tuple[bool, str]]:
+    def _flaws(self) -> Iterator[str]:
         yield from super()._flaws()
         yield from BED.flaws(self, self.places)
         for kind, count in zip(("large", "small"), self.counts, strict=True):
-            layers = getattr(self, f"{kind}_layers")
-            reason = f"{kind}_layers = {layers}: no {kind} grain finds room in the drum"
-            yield count == 0, reason
+            if count == 0:
+                layers = getattr(self, f"{kind}_layers")
+                yield f"{kind}_layers = {layers}: no {kind} grain finds room in the drum"
 
     @property
     def kinds(self) -> tuple[Sphere, Sphere]:
@@ -96,22 +94,19 @@ class Drum(Bed):
         )
 
     @property
-    def counts(self) -> tuple[int, int]:
+    def counts(self) -> tuple[int, ...]:
         """Return the numbers of large and small grains.
 
         Of a lattice large ones are in the drum below the split, small ones in layers above it.
         """
         if self.places:
-            large, small = BED.counts
-            return large, small
+            return BED.counts
         split = 2.0 * self.large_layers * self.large_radius * self.spacing
         top = split - self.large_radius * (1.0 + self.scatter)
         low = split + self.small_radius * (1.0 + self.scatter)
         high = low + 2.0 * self.small_layers * self.small_radius * self.spacing
-        return (
-            self._sites(self.large_radius, -self.drum_radius, top),
-            self._sites(self.small_radius, low, high),
-        )
+        large = self._sites(self.large_radius, -self.drum_radius, top)
+        return large, self._sites(self.small_radius, low, high)
 
     def _sites(self, radius: float, low: float, high: float) -> int:
         """Return the number of sites with room in the drum between two heights."""
@@ -129,8 +124,7 @@ class Drum(Bed):
 
     def of_each(self, name: str) -> Floats:
         """Return a quantity of :class:`Sphere` of each grain, large ones first, (N,)."""
-        values = [getattr(kind, name) for kind in self.kinds]
-        return np.repeat(values, self.counts)
+        return np.repeat([getattr(kind, name) for kind in self.kinds], self.counts)
 
     def section(self, height: float) -> float:
         """Return the area [m2] between the walls at a height above the axis [m]."""
@@ -155,10 +149,13 @@ class Drum(Bed):
     @property
     def values(self) -> dict[str, ScriptValue]:
         """Return the values of a script; published places are in a data file."""
-        margin = 4.0 * self.large_radius
-        rim, half = self.drum_radius + margin, 0.5 * self.drum_length + margin
+        rim, half = (size + 4.0 * self.large_radius for size in
+                     (self.drum_radius, 0.5 * self.drum_length))  # fmt: skip
         ends = (-rim, rim), (-half, half), (-rim, rim)
-        return {**super().values, **(BED.values(self.kinds, ends) if self.places else LATTICE)}
+        return {**super().values, **(BED.values(self.kinds, *ends) if self.places else LATTICE)}
+
+
+# ---- measures of places
 
 
 def lacey_index(cells: Floats, chosen: NDArray[np.bool_]) -> float:
@@ -226,13 +223,12 @@ def elastic_energy(p: Drum, places: Floats, contacts: Contacts) -> float:
     """
     radii, young = p.of_each("radius"), p.of_each("youngs_modulus")
     (i, j, overlap), (x, y, z) = contacts, places.T
-    steel, reduced = 1.0 / p.steel_youngs_modulus, 1.0 / (1.0 / radii[i] + 1.0 / radii[j])
-    springs = [(overlap, 1.0 / young[i] + 1.0 / young[j], reduced)]
-    for reach in (p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)):
-        springs.append((radii - reach, 1.0 / young + steel, radii))
+    pairs = overlap, 1.0 / young[i] + 1.0 / young[j], 1.0 / (1.0 / radii[i] + 1.0 / radii[j])
+    softness = 1.0 / young + 1.0 / p.steel_youngs_modulus
+    gaps = p.drum_radius - np.hypot(x, z), 0.5 * p.drum_length - np.abs(y)
     energies = [
-        np.sqrt(radius) * np.maximum(overlap, 0.0) ** 2.5 / ((1.0 - p.poisson_ratio**2) * softness)
-        for overlap, softness, radius in springs
+        np.sqrt(radius) * np.maximum(depth, 0.0) ** 2.5 / ((1.0 - p.poisson_ratio**2) * soft)
+        for depth, soft, radius in (pairs, *((radii - gap, softness, radii) for gap in gaps))
     ]
     return 8.0 / 15.0 * float(sum(energy.sum() for energy in energies))
 
@@ -258,12 +254,9 @@ def energy_and_work(p: Drum, table: Table) -> tuple[Floats, Floats]:
     return kinetic + p.gravity * z @ masses, p.speed * (momentum - weight)
 
 
-def check_walls(p: Drum, table: Table, turned: Floats, engine: str) -> None:
-    """Raise EngineLostAtomsError for a grain whose centre is beyond a wall.
-
-    Curved walls may be a polygon of the circle's area, whose corners are farther out.
-    """
+def _check_walls(p: Drum, table: Table, turned: Floats, engine: str) -> None:
     x, y, z = (table[name] for name in PLACES)
+    # curved walls may be a polygon of the circle's area, whose corners are farther out
     beyond = (np.hypot(x, z) > 1.01 * p.drum_radius) | (np.abs(y) > 0.5 * p.drum_length)
     if beyond.any():
         frame = int(np.flatnonzero(beyond.any(axis=1))[0])
@@ -327,13 +320,11 @@ class DrumCase(BulkCase[Drum]):
         PUBLISHED: "Dosta and others 2024, the bed of 38,000",
         **dict.fromkeys(("slow", "slow-sliding"), f"{SOFTENED}; friction of the heap"),
     }
-    curves = tuple(
-        Curve(name, title, "turned_deg", "turned (deg)", column, label)
-        for name, title, column, label in (
-            ("mixing", "Mixing index over the turn", "mixing_index", "mixing index of Lacey"),
-            ("angle", "Angle of the surface over the turn", "surface_angle_deg",
-             "angle of the surface (deg)"),
-        )
+    curves = (
+        Curve("mixing", "Mixing index over the turn", "turned_deg", "turned (deg)",
+              "mixing_index", "mixing index of Lacey"),
+        Curve("angle", "Angle of the surface over the turn", "turned_deg", "turned (deg)",
+              "surface_angle_deg", "angle of the surface (deg)"),
     )  # fmt: skip
     setups = (
         *bulk.seed_setups(Drum(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
@@ -343,14 +334,10 @@ class DrumCase(BulkCase[Drum]):
     gain = "drum_energy_gain_ratio"
     rest_scale = "the energy of a bed that turns with the drum"
 
-    def counts(self, p: Drum) -> dict[str, int]:
-        """Return the numbers of large and small grains."""
-        return dict(zip(("large", "small"), p.counts, strict=True))
-
-    def quantities_of(self, p: Drum, output: Output, table: Table) -> dict[str, float]:
-        """Return mixing, angle of the surface, density and contacts of the bed, energies."""
+    def _quantities(self, p: Drum, output: Output, table: Table) -> dict[str, float]:
+        output.check_numbers(dict(zip(("large", "small"), p.counts, strict=True)))
         turned, mixing, angle = self.columns(p, table).values()
-        check_walls(p, table, turned, output.engine)
+        _check_walls(p, table, turned, output.engine)
         radii, mass = p.of_each("radius"), p.of_each("mass").sum()
         first, end = (np.column_stack([table[n][row] for n in PLACES]) for row in (0, -1))
         contacts = find_contacts(first, radii)
@@ -394,14 +381,10 @@ class DrumCase(BulkCase[Drum]):
             "surface_angle_deg": np.array(angles),
         }
 
-    def plane(self, p: Drum) -> tuple[float, Sequence[Line]]:
-        """Return the drum halfway along its axis."""
+    def _plane(self, p: Drum) -> Plane:
         angle = np.linspace(0.0, math.tau, 181)
-        return 0.0, [(p.drum_radius * np.cos(angle), p.drum_radius * np.sin(angle))]
-
-    def radii(self, p: Drum) -> Floats:
-        """Return the radius of each grain, which the series has not."""
-        return p.of_each("radius")
+        rim = p.drum_radius * np.cos(angle), p.drum_radius * np.sin(angle)
+        return Plane(0.0, [rim], p.of_each("radius"))
 
 
 CASE = DrumCase()

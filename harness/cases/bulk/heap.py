@@ -8,7 +8,7 @@ of glued grains. The sides have no friction unless it is set, so that they bear 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from pydantic import Field
 
 from harness.cases import bulk
 from harness.cases.base import Check, Quantity
-from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
+from harness.cases.bulk import BulkCase, Curve, Plane, Setup, beds
 from harness.cases.bulk.beds import BedOfOneKind, Floats, Sphere, lattice_sites
 from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
@@ -58,17 +58,16 @@ class Heap(BedOfOneKind):
     duration: beds.Duration = 1.8
     step_size: beds.StepSize = 5e-5
 
-    def _flaws(self) -> Iterable[tuple[bool, str]]:
+    def _flaws(self) -> Iterator[str]:
         yield from super()._flaws()
-        yield (
-            self.grains == 0,
-            f"width = {self.width}: no grain finds room between the sides at spacing = "
-            f"{self.spacing:g} diameters",
-        )
+        if self.grains == 0:
+            yield (
+                f"width = {self.width}: no grain finds room between the sides at spacing = "
+                f"{self.spacing:g} diameters"
+            )
 
     @property
-    def room(self) -> float:
-        """Return the room between two of the largest grains [diameters]."""
+    def _room(self) -> float:
         return self.spacing - 1.0 - 0.5 * self.dispersity
 
     @property
@@ -95,9 +94,9 @@ class Heap(BedOfOneKind):
         return super().weight * (1.0 + 0.25 * self.dispersity**2)
 
     @property
-    def kinds(self) -> tuple[Sphere, ...]:
+    def kinds(self) -> Sequence[Sphere]:
         """Return the smallest grain."""
-        return (replace(self.grain, radius=self.radius * (1.0 - 0.5 * self.dispersity)),)
+        return [replace(self.grain, radius=self.radius * (1.0 - 0.5 * self.dispersity))]
 
     @property
     def fall(self) -> float:
@@ -114,7 +113,7 @@ SLIDING = Heap(rolling_friction=0.0)
 COMPARED = ("angle_deg", "remaining_ratio")
 
 
-def columns_over_sill(p: Heap, columns: int) -> int:
+def _columns_over_sill(p: Heap, columns: int) -> int:
     """Return the columns at an end with their middle over the sill, at least the outermost."""
     return max(1, math.ceil(columns / p.length - 0.5))
 
@@ -127,34 +126,36 @@ def slope_angles(p: Heap, height: Floats) -> tuple[float, float]:
     without the columns over the sill and that at the ridge, where the surface is rounded.
     """
     half, width = len(height) // 2, p.span / len(height)
-    first = columns_over_sill(p, len(height))
+    first = _columns_over_sill(p, len(height))
     x = width * np.arange(first, half - 1)
-    sides = height[first : half - 1], height[::-1][first : half - 1]
-    angles = [math.degrees(math.atan(2.0 * np.polyfit(x, side, 1)[0])) for side in sides]
-    return angles[0], angles[1]
+    left, right = (
+        math.degrees(math.atan(2.0 * np.polyfit(x, side[first : half - 1], 1)[0]))
+        for side in (height, height[::-1])
+    )
+    return left, right
 
 
-def check_decided(p: Heap, ridge: float, table: Table) -> None:
+def _check_decided(p: Heap, filling: float, table: Table) -> None:
     """Raise EngineUndecidedError for a heap that still moves, or with the top of the filling.
 
-    ``ridge`` is the mean height of the grains before the ends are taken away [m].
+    ``filling`` is the mean height of the grains before the ends are taken away [m].
     """
     late = table["time_s"] >= (1.0 - LATE) * table["time_s"][-1]
     running = table["remaining"][late][0] - table["remaining"][-1]
     last = table["height_m"][-1]
-    why = ""
     if running > FEW * table["remaining"][-1]:
         why = (
             f"the heap still moves: {running:.0f} grains ran off in the last {LATE:.0%} of the "
             f"time; duration = {p.duration:g} s is too short"
         )
-    elif last[len(last) // 2 - 1 :][:2].mean() > 0.95 * ridge:
+    elif last[len(last) // 2 - 1 :][:2].mean() > 0.95 * filling:
         why = (
             "no ridge: the heap is as high in the middle as the filling was; "
             f"layers = {p.layers} are too few for length = {p.length}"
         )
-    if why:
-        raise EngineUndecidedError(f"undecided: {why}", {})
+    else:
+        return
+    raise EngineUndecidedError(f"undecided: {why}", {})
 
 
 class HeapCase(BulkCase[Heap]):
@@ -197,18 +198,17 @@ class HeapCase(BulkCase[Heap]):
     gain, rest = "heap_energy_rise_ratio", "filling_kinetic_ratio"
     rest_scale = "the energy of grains that fall by a diameter"
 
-    def quantities_of(self, p: Heap, output: Output, table: Table) -> dict[str, float]:
-        """Return the angle, the share that remains, and energies."""
+    def _quantities(self, p: Heap, output: Output, table: Table) -> dict[str, float]:
         bulk.check_grains(p, output, table, "beyond a side or fell through the glued layer")
         mean_height = output.number("mean_height_m")
-        check_decided(p, mean_height, table)
-        slopes = slope_angles(p, table["height_m"][-1])
+        _check_decided(p, mean_height, table)
+        left, right = slope_angles(p, table["height_m"][-1])
         angle, remaining = self.columns(p, table)["angle_deg"], table["remaining"][-1]
         fall = 2.0 * p.radius * p.grain.mass * p.gravity
         return {
-            "angle_deg": 0.5 * (slopes[0] + slopes[1]),
-            "left_angle_deg": slopes[0],
-            "right_angle_deg": slopes[1],
+            "angle_deg": 0.5 * (left + right),
+            "left_angle_deg": left,
+            "right_angle_deg": right,
             "angle_change_deg": angle[-1] - angle[3 * len(angle) // 4],
             "remaining_ratio": remaining / p.grains,
             "heap_energy_rise_ratio": bulk.energy_rise(output, table) / (p.weight * mean_height),
@@ -223,7 +223,7 @@ class HeapCase(BulkCase[Heap]):
         """
         heights = table["height_m"]
         columns = heights.shape[1]
-        over = columns_over_sill(p, columns)
+        over = _columns_over_sill(p, columns)
         x = p.span * ((np.arange(columns) + 0.5) / columns - 0.5)
         return {
             "distance_m": x[over:-over],
@@ -232,16 +232,14 @@ class HeapCase(BulkCase[Heap]):
             "angle_deg": np.array([np.mean(slope_angles(p, row)) for row in heights]),
         }
 
-    def plane(self, p: Heap) -> tuple[float, Sequence[Line]]:
-        """Return the trough along its middle."""
-        return p.width * p.radius, [((0.0, p.span), (0.0, 0.0))]
+    def _plane(self, p: Heap) -> Plane:
+        return Plane(p.width * p.radius, [((0.0, p.span), (0.0, 0.0))])
 
-    def elastic_bound(self, p: Heap, sample: Sample) -> float:
-        """Return the bound over the potential energy of the filling."""
+    def _elastic_bound(self, p: Heap, sample: Sample) -> float:
         return p.largest_elastic_energy / (p.weight * 0.5 * p.fall)
 
-    def more_checks(self, setup: Setup[Heap]) -> Iterable[Check]:
-        """Return whether the heap of the median seed is at rest.
+    def _more_checks(self, setup: Setup[Heap]) -> Iterator[Check]:
+        """Yield whether the heap of the median seed is at rest.
 
         A grain that still rolls in a heap is no fault of a code, most heaps that do not rest are.
         """

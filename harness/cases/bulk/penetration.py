@@ -7,14 +7,15 @@ pair stated. Beds of other seeds part, so means over seeds are compared, not mot
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases import bulk
 from harness.cases.base import Quantity
-from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
+from harness.cases.bulk import BulkCase, Curve, Plane, Setup, beds
 from harness.cases.bulk.beds import LATTICE, PUBLISHED, BedOfOneKind, Floats, PublishedBed, Sphere
 from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
@@ -26,7 +27,10 @@ SERIES = ("time_s", "z_m", "vz_m_per_s", "kinetic_J", "potential_J")
 PUBLISHED_BOX = 0.098, 0.06  # [m] along x and y, by the triangles of its walls
 PUBLISHED_TOP = 0.03469588430000001  # [m] of the highest grain above the floor
 BED = PublishedBed(
-    "penetration-25k.txt.xz", {"radius": 1e-3}, (25000,), (-0.098 / 2, -0.06 / 2, -0.0902431)
+    "penetration-25k.txt.xz",
+    sizes={"radius": 1e-3},
+    counts=(25000,),
+    origin=(-0.098 / 2, -0.06 / 2, -0.0902431),
 )
 # [m] of the sphere over the published bed from its middle, in steps of two diameters of a grain
 OFFSETS = (0.0, 4e-3, -4e-3, 8e-3, -8e-3, 12e-3, -12e-3, 16e-3)
@@ -55,27 +59,23 @@ class Penetration(BedOfOneKind):
     duration: beds.Duration = 0.1
     step_size: beds.StepSize = 5e-6
 
-    def _flaws(self) -> Iterable[tuple[bool, str]]:
+    def _flaws(self) -> Iterator[str]:
         yield from super()._flaws()
         yield from BED.flaws(self, self.places)
-        lowest = self.bed_top + self.steel_radius
-        yield (
-            self.start_height < lowest,
-            f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
-            f"start; must be at least {lowest:.4g}",
-        )
-        length, width = self.box
-        most = 0.5 * min(length, width)
-        yield (
-            self.steel_radius > most,
-            f"steel_radius = {self.steel_radius:g} m: must be at most {most:.4g}, half the width "
-            "of the box",
-        )
-        most = 0.5 * length - self.steel_radius
-        yield (
-            abs(self.offset) > most,
-            f"offset = {self.offset:g} m: the sphere is in a wall; must be within {most:.4g}",
-        )
+        lowest, steel = self.bed_top + self.steel_radius, self.steel_radius
+        half_length, half_width = (0.5 * size for size in self.box)
+        if self.start_height < lowest:
+            yield (
+                f"start_height = {self.start_height:g} m: the sphere overlaps the grains at the "
+                f"start; must be at least {lowest:.4g}"
+            )
+        if steel > (most := min(half_length, half_width)):
+            words = f"must be at most {most:.4g}, half the width of the box"
+            yield f"steel_radius = {steel:g} m: {words}"
+        if abs(self.offset) > (most := half_length - steel):
+            yield (
+                f"offset = {self.offset:g} m: the sphere is in a wall; must be within {most:.4g}"
+            )
 
     @property
     def box(self) -> tuple[float, float]:
@@ -131,7 +131,7 @@ class Penetration(BedOfOneKind):
         (length, width), rim = self.box, 4.0 * self.radius
         top = self.bed_top + 2.0 * (self.start_height + self.steel_radius)
         ends = (-rim, length + rim), (-rim, width + rim), (-rim, top)
-        bed = BED.values(self.kinds, ends) if self.places else LATTICE
+        bed = BED.values(self.kinds, *ends) if self.places else LATTICE
         return {**super().values, **bed, "length": length, "width": width}
 
 
@@ -141,9 +141,8 @@ PUBLISHED_SYSTEM = Penetration(
 )  # fmt: skip
 COMPARED = ("final_depth_m", "bed_solid_fraction", "bed_coordination")
 DEPTHS = ("largest_depth_m", "slowed_time_s")  # of a sphere that has turned back
-
-
 PUBLISHED_RUNS = tuple(PUBLISHED_SYSTEM.replace(offset=x) for x in OFFSETS)
+TIMED = partial(Curve, x="time_s", x_label="time after the release (ms)")
 SHORT_RUNS = tuple(p.replace(duration=TURNED) for p in PUBLISHED_RUNS[:4])
 
 
@@ -177,10 +176,7 @@ class PenetrationCase(BulkCase[Penetration]):
         Quantity("bed_kinetic_ratio", "1", f"kinetic energy at rest, {OVER}", 1e-3),
         bulk.WALL_TIME,
     )  # fmt: skip
-    presets = {  # noqa: RUF012
-        "small": Penetration(),
-        PUBLISHED: PUBLISHED_SYSTEM,
-    }
+    presets = {"small": Penetration(), PUBLISHED: PUBLISHED_SYSTEM}  # noqa: RUF012
     sources = {  # noqa: RUF012
         "small": "Dosta and others 2024 (moduli a hundred times smaller, smaller box and sphere)",
         PUBLISHED: "Dosta and others 2024, the bed of 25,000",
@@ -192,29 +188,19 @@ class PenetrationCase(BulkCase[Penetration]):
               "default", (), "full"),
         Setup(f"{PUBLISHED}, 8 places, 100 ms", PUBLISHED, PUBLISHED_RUNS, "full", DEPTHS, "full"),
     )  # fmt: skip
-    curves = tuple(
-        Curve(name, title, "time_s", "time after the release (ms)", column, label, (1e3, scale))
-        for name, title, column, label, scale in (
-            ("heights", "Height of the sphere over time", "height_m",
-             "height of the sphere's centre (mm)", 1e3),
-            ("velocities", "Velocity of the sphere over time", "velocity_m_per_s",
-             "velocity of the sphere, upward (m/s)", 1.0),
-            ("decelerations", "Deceleration of the sphere over time", "deceleration_m_per_s2",
-             "deceleration of the sphere (m/s2)", 1.0),
-        )
+    curves = (
+        TIMED("heights", "Height of the sphere over time", y="height_m",
+              y_label="height of the sphere's centre (mm)", scale=(1e3, 1e3)),
+        TIMED("velocities", "Velocity of the sphere over time", y="velocity_m_per_s",
+              y_label="velocity of the sphere, upward (m/s)", scale=(1e3, 1.0)),
+        TIMED("decelerations", "Deceleration of the sphere over time", y="deceleration_m_per_s2",
+              y_label="deceleration of the sphere (m/s2)", scale=(1e3, 1.0)),
     )  # fmt: skip
     gain = "energy_gain_ratio"
     rest_scale = "the energy of the sphere"
 
-    def counts(self, p: Penetration) -> dict[str, int]:
-        """Return the number of grains."""
-        return {"grains": p.grains}
-
-    def quantities_of(self, p: Penetration, output: Output, table: Table) -> dict[str, float]:
-        """Return depth, deceleration (means between two rows), energies, density of the bed.
-
-        Raise EngineLostAtomsError for a particle beyond a wall.
-        """
+    def _quantities(self, p: Penetration, output: Output, table: Table) -> dict[str, float]:
+        output.check_numbers({"grains": p.grains})
         if output.number("outside") != 0.0:
             raise EngineLostAtomsError(
                 f"{output.engine}: a particle passed a wall at step_size = {p.step_size:g} s, "
@@ -229,9 +215,9 @@ class PenetrationCase(BulkCase[Penetration]):
                 f"duration = {p.duration:g} s: the sphere still falls at a tenth of its largest "
                 "speed"
             )
-        energy, moving = kinetic + potential, output.number("bed_kinetic_J")
-        released = moving + output.number("release_potential_J") + p.impact_energy
-        dissipated = float((released - energy[-1]) / p.impact_energy)
+        energy, moving, scale = kinetic + potential, output.number("bed_kinetic_J"), p.impact_energy
+        released = moving + output.number("release_potential_J") + scale
+        dissipated = float((released - energy[-1]) / scale)
         final = float(z[t >= t[-1] - FINAL * (t[-1] - t[0])].mean())
         surface = 2.0 * output.number("mean_height_m")
         values = {
@@ -242,15 +228,14 @@ class PenetrationCase(BulkCase[Penetration]):
             "slowed_time_s": float(t[fastest:][slow][0]),
             "peak_deceleration_m_per_s2": float((np.diff(v) / np.diff(t)).max()),
             "rebound_speed_m_per_s": float(max(0.0, v[lowest:].max())),
-            "energy_gain_ratio": float(max(0.0, (energy - released).max()) / p.impact_energy),
+            "energy_gain_ratio": float(max(0.0, (energy - released).max()) / scale),
             "dissipated_ratio": dissipated,
             "bed_solid_fraction": p.grains * p.grain.volume / (p.floor_area * surface),
             "bed_coordination": output.number("coordination"),
-            "bed_kinetic_ratio": moving / p.impact_energy,
+            "bed_kinetic_ratio": moving / scale,
         }
         if output.has("elastic_J"):  # of the normal springs
-            names = "elastic_J", "end_elastic_J"
-            first, end = (output.number(name) / p.impact_energy for name in names)
+            first, end = (output.number(name) / scale for name in ("elastic_J", "end_elastic_J"))
             values |= {"elastic_ratio": first, "end_elastic_ratio": end}
             values["balance_ratio"] = dissipated + (first - end)
         return values
@@ -261,19 +246,14 @@ class PenetrationCase(BulkCase[Penetration]):
         A deceleration is the mean over the time from the row before to the row after.
         """
         t, z, v = (table[name] for name in SERIES[:3])
-        deceleration = np.gradient(v, t)
-        return {
-            "time_s": t, "height_m": z, "velocity_m_per_s": v,
-            "deceleration_m_per_s2": deceleration,
-        }  # fmt: skip
+        rate = np.gradient(v, t)
+        return {"time_s": t, "height_m": z, "velocity_m_per_s": v, "deceleration_m_per_s2": rate}
 
-    def plane(self, p: Penetration) -> tuple[float, Sequence[Line]]:
-        """Return the box through the sphere."""
+    def _plane(self, p: Penetration) -> Plane:
         (length, width), top = p.box, p.start_height + 2.0 * p.steel_radius
-        return 0.5 * width, [((0.0, 0.0, length, length), (top, 0.0, 0.0, top))]
+        return Plane(0.5 * width, [((0.0, 0.0, length, length), (top, 0.0, 0.0, top))])
 
-    def elastic_bound(self, p: Penetration, sample: Sample) -> float:
-        """Return the bound over the kinetic energy of the sphere at its release."""
+    def _elastic_bound(self, p: Penetration, sample: Sample) -> float:
         return p.largest_elastic_energy / p.impact_energy
 
 

@@ -7,14 +7,15 @@ rate is compared with Beverloo's law, the load of the bed at rest with Janssen's
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases import bulk
 from harness.cases.base import Check, Quantity, Value
-from harness.cases.bulk import BulkCase, Curve, Line, Setup, beds
+from harness.cases.bulk import BulkCase, Curve, Plane, Setup, beds
 from harness.cases.bulk.beds import PUBLISHED, BedOfOneKind, Floats, lattice_sites, level_bed
 from harness.cases.bulk.comparison import Sample
 from harness.engines.base import Output
@@ -45,18 +46,18 @@ class Silo(BedOfOneKind):
     cone_height: float = Field(0.012, gt=0.0, le=10.0, description="[m] from orifice to cylinder")
     step_size: beds.StepSize = 4e-5
 
-    def _flaws(self) -> Iterable[tuple[bool, str]]:
+    def _flaws(self) -> Iterator[str]:
         yield from super()._flaws()
-        yield (
-            self.orifice_radius >= self.silo_radius,
-            f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
-            f"{self.silo_radius:g} m",
-        )
-        yield (
-            self.grains == 0,
-            f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
-            "finds room; must be some diameters",
-        )
+        if self.orifice_radius >= self.silo_radius:
+            yield (
+                f"orifice_radius = {self.orifice_radius:g} m: must be less than silo_radius = "
+                f"{self.silo_radius:g} m"
+            )
+        if self.grains == 0:
+            yield (
+                f"silo_radius = {self.silo_radius:g} m: no grain of radius = {self.radius:g} m "
+                "finds room; must be some diameters"
+            )
 
     @property
     def grains(self) -> int:
@@ -93,6 +94,7 @@ PUBLISHED_SILO = Silo(
     layers=78, youngs_modulus=1e9, steel_youngs_modulus=2.1e11, silo_radius=0.1,
     orifice_radius=0.02, cone_height=0.08, settle_time=0.5, duration=5.0, step_size=1.5e-6,
 )  # fmt: skip
+WIDE = f"{PUBLISHED}-wide"
 WIDE_SILO = PUBLISHED_SILO.replace(orifice_radius=0.03, cone_height=0.07)
 COMPARED = ("discharge_rate_per_s", "bed_solid_fraction", "bed_coordination")
 
@@ -124,12 +126,8 @@ def janssen_share(height: float, radius: float, friction: float, ratio: float) -
 # ---- a run
 
 
-def discharge(p: Silo, table: Table) -> dict[str, float]:
-    """Return rate and times of a series.
-
-    The rate is the slope of a straight line through the number that remains, while the share that
-    has gone is between 10 % and 60 %. Raise EngineUndecidedError where grains stay.
-    """
+def _discharge(p: Silo, table: Table) -> dict[str, float]:
+    """Return rate and times; the rate is the slope of a line through the number that remains."""
     after = table["time_s"] > 0.0
     t, remaining = (table[name][after] for name in ("time_s", "remaining"))
     gone = 1.0 - remaining / p.grains
@@ -142,16 +140,16 @@ def discharge(p: Silo, table: Table) -> dict[str, float]:
             {},
         )
     steady = (gone >= STEADY[0]) & (gone <= STEADY[1])
-    slope = np.polyfit(t[steady], remaining[steady], 1)[0]
+    rate = -float(np.polyfit(t[steady], remaining[steady], 1)[0])
     return {
-        "discharge_rate_per_s": float(-slope),
-        "discharge_rate_kg_per_s": float(-slope) * p.grain.mass,
+        "discharge_rate_per_s": rate,
+        "discharge_rate_kg_per_s": rate * p.grain.mass,
         "half_time_s": float(t[gone >= 0.5][0]),
         "passed_ratio": float(gone[-1]),
     }
 
 
-def loads(p: Silo, output: Output, surface: float, volume: float) -> dict[str, float]:
+def _loads(p: Silo, output: Output, surface: float, volume: float) -> dict[str, float]:
     """Return loads of the walls over the weight; ``surface`` [m], ``volume`` [m3] of the bed."""
     shaft, cone, floor = (output.number(f"{w}_N") / p.weight for w in ("shaft", "cone", "floor"))
     height = max(surface - p.cone_height, 0.0)
@@ -164,7 +162,7 @@ def loads(p: Silo, output: Output, surface: float, volume: float) -> dict[str, f
     }
 
 
-def arching_share(sample: Sample) -> Value:
+def _arching_share(sample: Sample) -> Value:
     """Return the share of runs without a rate, with its 95 % interval (Wilson)."""
     from scipy.stats import binomtest
 
@@ -207,22 +205,18 @@ class SiloCase(BulkCase[Silo]):
                  "friction fully mobilised and K = 0.5: the most that is expected", 0.1),
         bulk.WALL_TIME,
     )  # fmt: skip
-    presets = {  # noqa: RUF012
-        "small": Silo(),
-        PUBLISHED: PUBLISHED_SILO,
-        f"{PUBLISHED}-wide": WIDE_SILO,
-    }
+    presets = {"small": Silo(), PUBLISHED: PUBLISHED_SILO, WIDE: WIDE_SILO}  # noqa: RUF012
     sources = {  # noqa: RUF012
         "small": "Dosta and others 2024 (moduli a thousand times smaller, a quarter of the size)",
         **dict.fromkeys(
-            (PUBLISHED, f"{PUBLISHED}-wide"),
+            (PUBLISHED, WIDE),
             "Dosta and others 2024, filled from a lattice: their places are not public",
         ),
     }
     setups = (
         *bulk.seed_setups(Silo(), {"quick": 4, "default": 16, "full": 24}, COMPARED),
         *bulk.seed_setups(PUBLISHED_SILO, {"full": 4}, COMPARED, PUBLISHED),
-        *bulk.seed_setups(WIDE_SILO, {"full": 4}, COMPARED, f"{PUBLISHED}-wide"),
+        *bulk.seed_setups(WIDE_SILO, {"full": 4}, COMPARED, WIDE),
     )
     curves = (
         Curve("discharge", "Grains that remain over time", "time_s", "time after the opening (s)",
@@ -231,61 +225,57 @@ class SiloCase(BulkCase[Silo]):
     gain = "energy_rise_ratio"
     rest_scale = "the energy of the flow"
 
-    def quantities_of(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
-        """Return rate, energies, density and loads of the bed; raise for an arch."""
+    def _quantities(self, p: Silo, output: Output, table: Table) -> dict[str, float]:
         bulk.check_grains(p, output, table, "beyond the walls")
-        flow, mean_height = discharge(p, table), output.number("mean_height_m")
+        flow, mean_height = _discharge(p, table), output.number("mean_height_m")
         surface, volume = level_bed(p.section, 0.0, 10.0 * mean_height + p.cone_height, mean_height)
         solid = p.grains * p.grain.volume / volume
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
         above = p.weight * mean_height
         steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
-        elastic = (
-            {"elastic_ratio": output.number("elastic_J") / above} if output.has("elastic_J") else {}
-        )
-        return {
+        found = {
             **flow,
             "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
             "energy_rise_ratio": bulk.energy_rise(output, table) / above,
-            **elastic,
             "bed_kinetic_ratio": output.number("bed_kinetic_J") / table["kinetic_J"][steady].mean(),
             "bed_height_m": surface,
             "bed_solid_fraction": solid,
             "bed_coordination": output.number("coordination"),
-            **loads(p, output, surface, volume),
+            **_loads(p, output, surface, volume),
         }
+        if output.has("elastic_J"):
+            found["elastic_ratio"] = output.number("elastic_J") / above
+        return found
 
     def columns(self, p: Silo, table: Table) -> dict[str, Floats]:
         """Return time [s] and the number that remains."""
         return {name: table[name] for name in ("time_s", "remaining")}
 
-    def plane(self, p: Silo) -> tuple[float, Sequence[Line]]:
-        """Return the silo through its axis."""
-        radii = (p.silo_radius, p.silo_radius, p.orifice_radius)
+    def _plane(self, p: Silo) -> Plane:
+        radii = np.array([p.silo_radius, p.silo_radius, p.orifice_radius])
         heights = (p.layers * p.pitch, 0.0, -p.cone_height)
-        return 0.0, [([side * radius for radius in radii], heights) for side in (-1.0, 1.0)]
+        return Plane(0.0, [(-radii, heights), (radii, heights)])
 
-    def elastic_bound(self, p: Silo, sample: Sample) -> float:
-        """Return the bound over the potential energy of the bed above the orifice."""
+    def _elastic_bound(self, p: Silo, sample: Sample) -> float:
         return p.largest_elastic_energy / (0.5 * p.weight * sample.mean("bed_height_m"))
 
-    def more_checks(self, setup: Setup[Silo]) -> Iterable[Check]:
-        """Return arching, Beverloo's factor and Janssen's load, all findings."""
-        p = setup.runs[0]
+    def _more_checks(self, setup: Setup[Silo]) -> Iterator[Check]:
+        """Yield arching, Beverloo's factor and Janssen's load, all findings."""
+        p, finding = setup.runs[0], partial(self.check, setup, kind=Kind.FINDING)
         yield Check(
             setup=setup.name, quantity="arching", unit="1", kind=Kind.FINDING, expected=0.0,
-            measure=lambda bench: arching_share(self.sample(bench, setup)),
+            measure=lambda bench: _arching_share(self.sample(bench, setup)),
         )  # fmt: skip
-        yield self.check(
-            setup, "beverloo_factor", lambda s: s.mean_value("beverloo_factor"), BEVERLOO_FACTOR,
-            kind=Kind.FINDING, note=f"C of Beverloo's law with k = {BEVERLOO_MARGIN:g}; 0.55 to "
-            "0.65 was measured in silos much wider than their orifice, this one is "
+        yield finding(
+            "beverloo_factor", lambda s: s.mean_value("beverloo_factor"), BEVERLOO_FACTOR,
+            note=f"C of Beverloo's law with k = {BEVERLOO_MARGIN:g}; 0.55 to 0.65 was measured in "
+            "silos much wider than their orifice, this one is "
             f"{p.silo_radius / p.orifice_radius:.3g} times as wide",
         )  # fmt: skip
-        yield self.check(
-            setup, "shaft_load_ratio", _shaft_load, lambda s: s.mean("janssen_load_ratio"),
-            kind=Kind.FINDING, note=f"expected by Janssen with K = {STRESS_RATIO:g} and friction "
-            "fully mobilised, which is the most",
+        yield finding(
+            "shaft_load_ratio", _shaft_load, lambda s: s.mean("janssen_load_ratio"),
+            note=f"expected by Janssen with K = {STRESS_RATIO:g} and friction fully mobilised, "
+            "which is the most",
         )  # fmt: skip
 
 
