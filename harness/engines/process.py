@@ -2,9 +2,6 @@
 
 Several items (scripts or scenes) run in a process. One that crashes, hangs or is refused ends its
 process: it has failed, and those after it run in another one.
-
-An environment of a release is a folder of the cache with a file :data:`COMPLETE`, written last,
-whose time is that of the last use. Who uses or makes one locks it; the others may be dropped.
 """
 
 from __future__ import annotations
@@ -28,7 +25,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import BinaryIO, Generic, TypeVar
 
 from harness.errors import (
     EngineCrashError,
@@ -48,8 +45,8 @@ from harness.files import (
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-Places = Sequence[int]
 
+SAID = "said"  # the file of a program's output
 LAST_WORDS = 4000  # bytes of a program's output that are kept
 LARGEST_FILE = 1024**3  # bytes that a program may write into a file
 LONGEST_SECONDS = 2e6  # that a run may take: a pipe waits for 31 bits of milliseconds
@@ -62,6 +59,9 @@ OUT_OF_MEMORY = (  # in lower or upper case
 )
 # leads a process group, and kills it when the harness, which holds its stdin, is gone
 GUARD = ("sh", "-c", "read -r _; kill -KILL 0")
+
+
+# ---- one program
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Processes:
     """Runs programs; :meth:`close` ends those that run, from whatever thread."""
 
     def __init__(self) -> None:
-        self._live: set[int] = set()
+        self._groups: set[int] = set()
         self._starting = threading.Lock()
         self.closed = False
 
@@ -125,35 +125,31 @@ class Processes:
         EngineCrashError after :meth:`close`.
         """
         start = time.monotonic()
-        with (folder / "said").open("wb") as stream, self._group() as group:
+        with (folder / SAID).open("wb") as stream, self._group() as group:
             with self._starting:  # what starts is in its group before that is killed
                 if self.closed:
                     raise EngineCrashError(f"{Path(command[0]).name} was closed")
                 process = subprocess.Popen(
-                    with_limits(command, memory),
-                    stdin=subprocess.DEVNULL,
-                    stdout=stream,
-                    stderr=subprocess.STDOUT,
-                    cwd=folder,
-                    env=one_thread(environment),
+                    with_limits(command, memory), stdin=subprocess.DEVNULL, stdout=stream,
+                    stderr=subprocess.STDOUT, cwd=folder, env=one_thread(environment),
                     process_group=group,
-                )
+                )  # fmt: skip
             try:
-                timed_out = _hangs(process, seconds, folder)
+                timed_out = _hangs(process, seconds, folder, stream)
             finally:  # also when the harness is interrupted
                 _kill(group)
                 process.wait()
         if process.returncode:
             _wait_for_end(group)
             remove_segments()
-        words = last_text(folder / "said")
+        words = last_text(folder / SAID)
         return Ended(words, process.returncode, time.monotonic() - start, timed_out, seconds)
 
     def close(self) -> None:
         """End what runs; nothing is started any more."""
         with self._starting:
             self.closed = True
-        for group in list(self._live):
+        for group in list(self._groups):
             _kill(group)
 
     @contextlib.contextmanager
@@ -161,44 +157,31 @@ class Processes:
         """Yield a process group that is killed at the end of the block, or of the harness."""
         # a shell complains of a working directory that was removed
         with subprocess.Popen(GUARD, stdin=subprocess.PIPE, cwd="/", process_group=0) as guard:
-            self._live.add(guard.pid)
+            self._groups.add(guard.pid)
             try:
                 yield guard.pid
             finally:
                 _kill(guard.pid)
-                self._live.discard(guard.pid)
+                self._groups.discard(guard.pid)
 
 
-def _hangs(process: subprocess.Popen[bytes], seconds: float, folder: Path) -> bool:
+def _hangs(process: subprocess.Popen[bytes], seconds: float, folder: Path, said: BinaryIO) -> bool:
     """Wait for the end of a process; return whether it went ``seconds`` without progress."""
-    state, since, look = _progress(folder), time.monotonic(), FIRST_LOOK
+    state, since, look = _progress(folder, said), time.monotonic(), FIRST_LOOK
     while (remaining := since + seconds - time.monotonic()) > 0.0:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(min(remaining, look))
             return False
         look = min(2.0 * look, LOOK_SECONDS)
-        if (new := _progress(folder)) != state:
+        if (new := _progress(folder, said)) != state:
             state, since = new, time.monotonic()
     return process.poll() is None
 
 
-def _progress(folder: Path) -> int:
+def _progress(folder: Path, said: BinaryIO) -> int:
     """Return a number that changes as a process of a folder gets on: files and output."""
-    return (folder / "said").stat().st_size + sum(len(files) for *_, files in os.walk(folder))
-
-
-def with_limits(command: Sequence[str], memory: int) -> list[str]:
-    """Return the command under bounds on its address space and files, as its children are."""
-    kilobytes = _allowed(resource.RLIMIT_AS, memory) // 1024
-    blocks = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE) // 512
-    limits = f'ulimit -v {kilobytes} && ulimit -f {blocks} && exec "$@"'
-    return ["sh", "-c", limits, "sh", *command]
-
-
-def _allowed(kind: int, wanted: int) -> int:
-    """Return a bound, or what the harness itself is allowed where that is less."""
-    bounds = [bound for bound in resource.getrlimit(kind) if bound != resource.RLIM_INFINITY]
-    return min([wanted, *bounds])
+    # a program may remove its folder, but not the open file of its output
+    return os.fstat(said.fileno()).st_size + sum(len(files) for *_, files in os.walk(folder))
 
 
 def _kill(group: int) -> None:
@@ -214,6 +197,20 @@ def _wait_for_end(group: int) -> None:
         while time.monotonic() < end:
             os.killpg(group, 0)
             time.sleep(0.01)
+
+
+def with_limits(command: Sequence[str], memory: int) -> list[str]:
+    """Return the command under bounds on its address space and files, as its children are."""
+    kilobytes = _allowed(resource.RLIMIT_AS, memory) // 1024
+    blocks = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE) // 512
+    limits = f'ulimit -v {kilobytes} && ulimit -f {blocks} && exec "$@"'
+    return ["sh", "-c", limits, "sh", *command]
+
+
+def _allowed(kind: int, wanted: int) -> int:
+    """Return a bound, or what the harness itself is allowed where that is less."""
+    bounds = [bound for bound in resource.getrlimit(kind) if bound != resource.RLIM_INFINITY]
+    return min([wanted, *bounds])
 
 
 def one_thread(environment: Mapping[str, str] | None = None) -> dict[str, str]:
@@ -250,16 +247,16 @@ def death(engine: str, code: int, text: str) -> EngineError:
     lines before it give no reason. Where the program ended by itself its output decides.
     """
     ending, number, last = way_of_death(code), signal_of(code), last_words(text)
-    if number is signal.SIGXFSZ or (number not in FAULTS and os.strerror(errno.EFBIG) in text):
+    is_fault = number in FAULTS
+    if number is signal.SIGXFSZ or (not is_fault and os.strerror(errno.EFBIG) in text):
         most = _allowed(resource.RLIMIT_FSIZE, LARGEST_FILE)
         return EngineOutputError(f"{engine} wrote a file of more than {most} bytes")
     if number is signal.SIGBUS:
         return EngineMemoryError(f"{engine} died: {ending}: {advice()}")
     if number is signal.SIGKILL:
-        return EngineMemoryError(
-            f"{engine} took more memory than there is, or was ended from outside; it died: {ending}"
-        )
-    if re.search(OUT_OF_MEMORY, last if number in FAULTS else text, re.IGNORECASE):
+        reason = "took more memory than there is, or was ended from outside"
+        return EngineMemoryError(f"{engine} {reason}; it died: {ending}")
+    if re.search(OUT_OF_MEMORY, last if is_fault else text, re.IGNORECASE):
         return EngineMemoryError(f"{engine} ran out of memory{last}")
     return EngineCrashError(f"{engine} died: {ending}{last}")
 
@@ -285,7 +282,9 @@ def text_of(path: Path) -> str:
 
 
 def last_text(path: Path) -> str:
-    """Return the last :data:`LAST_WORDS` bytes of a file as text, however long it is."""
+    """Return the last :data:`LAST_WORDS` bytes of a file, or nothing where there is none."""
+    if not path.is_file():
+        return ""
     with path.open("rb") as stream:
         stream.seek(max(0, path.stat().st_size - LAST_WORDS))
         return stream.read().decode(errors="replace")
@@ -297,7 +296,7 @@ def first_text(path: Path, size: int) -> str:
         return stream.read(size).decode(errors="replace")
 
 
-# ---- many items
+# ---- many items, several to a process
 
 BATCH_SECONDS = 10.0  # what is lost of a batch after kill -9 takes no longer
 
@@ -327,7 +326,7 @@ class Batches(Generic[Item, Result]):
         workers: int | None = None,
         limits: Limits | None = None,
         processes: Processes | None = None,
-        shares: Sequence[Places] | None = None,
+        shares: Sequence[Sequence[int]] | None = None,
     ) -> list[Result | EngineError]:
         """Return the result of each item, or the error of its run, in order.
 
@@ -336,13 +335,10 @@ class Batches(Generic[Item, Result]):
         share processes; unless given all are dealt out. ``processes`` can be closed from elsewhere.
         """
         hands, limits, processes = workers or cores(), limits or Limits(), processes or Processes()
-        chosen = dealt(len(items), hands) if shares is None else shares
-
-        def run_share(share: Places) -> list[tuple[int, Result | EngineError]]:
-            outcomes = self._in_turn([items[place] for place in share], limits, processes)
-            return [*zip(share, outcomes, strict=True)]
-
-        outcomes = dict(chain(*parallel_map(run_share, chosen if items else (), hands)))
+        shares = dealt(len(items), hands) if shares is None else shares
+        groups = [[items[place] for place in share] for share in shares]
+        ends = parallel_map(lambda group: self._in_turn(group, limits, processes), groups, hands)
+        outcomes = dict(zip(chain(*shares), chain(*ends), strict=True))
         return [outcomes[place] for place in range(len(items))]
 
     def _in_turn(
@@ -364,17 +360,14 @@ class Batches(Generic[Item, Result]):
         self, items: Sequence[Item], limits: Limits, processes: Processes
     ) -> list[Result | EngineError]:
         """Return the outcomes of the items that one process got to, at least of the first."""
-        closed = EngineCrashError(f"{self.title} was closed")
         if processes.closed:
-            return [closed for _ in items]
+            return [self._closed() for _ in items]
         with fresh_folder() as folder:
             ended = processes.run(
-                self.write(folder, items),
-                folder,
-                seconds=limits.time_for(sum(map(self.seconds, items))),
-                memory=limits.memory,
+                self.write(folder, items), folder,
+                seconds=limits.time_for(sum(map(self.seconds, items))), memory=limits.memory,
                 environment=self.environment(folder),
-            )
+            )  # fmt: skip
             outcomes: list[Result | EngineError] = []
             for place, item in enumerate(items):
                 try:
@@ -383,11 +376,9 @@ class Batches(Generic[Item, Result]):
                     outcomes.append(error.with_log(self.log(folder, place) or ended.output))
                     continue
                 if result is None:
+                    is_closed = processes.closed and signal_of(ended.code) is signal.SIGKILL
                     log = self.log(folder, place)
-                    words = f"{self.title} ended without a result{last_words(ended.output)}"
-                    failure = self.error(ended, log) or EngineOutputError(words)
-                    if processes.closed and signal_of(ended.code) is signal.SIGKILL:
-                        failure = closed
+                    failure = self._closed() if is_closed else self._failure(ended, log)
                     texts = dict.fromkeys(filter(None, (log, ended.output)))
                     return [*outcomes, failure.with_log("\n".join(texts))]
                 outcomes.append(result)
@@ -395,6 +386,13 @@ class Batches(Generic[Item, Result]):
                 late = EngineCrashError(f"{death}, after its results were written")
                 outcomes[-1] = late.with_log(self.log(folder, len(items) - 1) or ended.output)
             return outcomes
+
+    def _closed(self) -> EngineError:
+        return EngineCrashError(f"{self.title} was closed")
+
+    def _failure(self, ended: Ended, log: str) -> EngineError:
+        words = f"{self.title} ended without a result{last_words(ended.output)}"
+        return self.error(ended, log) or EngineOutputError(words)
 
 
 def in_batches(
@@ -409,6 +407,12 @@ def in_batches(
             size *= 2
         yield from enumerate(batch, first)
         first += len(batch)
+
+
+def dealt(count: int, hands: int) -> list[range]:
+    """Return the indices 0 to ``count`` - 1, dealt out over as many hands at most."""
+    hands = max(1, min(hands, count))
+    return [range(first, count, hands) for first in range(hands)]
 
 
 def cores() -> int:
@@ -455,13 +459,10 @@ def parallel_each(
         pool.shutdown(wait=not interrupted, cancel_futures=True)
 
 
-def dealt(count: int, hands: int) -> list[range]:
-    """Return the indices 0 to ``count`` - 1, dealt out over as many hands at most."""
-    hands = max(1, min(hands, count))
-    return [range(first, count, hands) for first in range(hands)]
-
-
 # ---- environments of releases
+#
+# A folder of the cache with a file COMPLETE, written last, whose time is that of the last use. Who
+# uses or makes one locks it; the others may be dropped.
 
 FOLDER, COMPLETE = "releases", "complete"
 USED, MADE = LOCKS = ".used", ".lock"  # endings of the locks of users and of the maker
@@ -479,15 +480,6 @@ def locked(home: Path, lock: str, how: int = fcntl.LOCK_EX) -> Iterator[None]:
     with lock_file(home.with_name(home.name + lock)) as file:
         fcntl.flock(file, how)
         yield
-
-
-def last_use_and_size(home: Path) -> tuple[float, int]:
-    """Return the last use [s since 1970] and the size [bytes] of an environment.
-
-    Raise OSError for one that is not complete.
-    """
-    used = (home / COMPLETE).stat().st_mtime
-    return used, sum(path.lstat().st_size for path in home.rglob("*") if not path.is_dir())
 
 
 def drop(home: Path) -> None:

@@ -454,8 +454,9 @@ def contents(folder: Path) -> list[Item]:
             items.append(Item(path, state.st_size, state.st_mtime))
     for home in (folder / process.FOLDER).glob("*/") if is_cache else ():
         with contextlib.suppress(OSError):  # not complete
-            used, size = process.last_use_and_size(home)
-            items.append(Item(home, size, used))
+            used = (home / process.COMPLETE).stat().st_mtime
+            sizes = [path.lstat().st_size for path in home.rglob("*") if not path.is_dir()]
+            items.append(Item(home, sum(sizes), used))
     return items
 
 

@@ -10,12 +10,13 @@ from harness.engines.process import Batches, Limits, in_batches, parallel_map
 from harness.errors import EngineCrashError, EngineNaNError, EngineOutputError, EngineTimeoutError
 
 CODE = """
-import json, os, sys, time
+import json, os, shutil, sys, time
 ways = json.load(open("ways.json"))
 for place, way in enumerate(ways):
     if way == "hang": time.sleep(60)
     if way == "death": os.abort()
     if way == "stop": sys.exit(0)
+    if way == "lost folder": sys.exit(shutil.rmtree(os.getcwd()) or 5)
     open(str(place), "w").write(way)
 if ways[-1] == "late": os.abort()
 """
@@ -50,6 +51,10 @@ CASES = {
     "so does a good end without a result": (
         ["well", "stop", "well"],
         [str, EngineOutputError, str],
+    ),
+    "so does a process that removes its folder": (
+        ["lost folder", "well"],
+        [EngineCrashError, str],
     ),
     "and an output that cannot be read": (["well", "nan", "well"], [str, EngineNaNError, str]),
     "a process that fails at its end takes the last": (["well", "late"], [str, EngineCrashError]),
