@@ -4,15 +4,10 @@ A *job* is a template with values, a scene, or both; an *output* is the named nu
 its result, with log and provenance. A case makes jobs and reads outputs; only
 ``engines/<code>/templates/<template>`` depends on both a case and a code.
 
-To add an engine, subclass :class:`Engine`, or :class:`harness.engines.scripts.ScriptedEngine`
-for a code that runs script files, and name it under the entry point ``dem_harness.engines``
-(an engine of this package: one line in ``registry.py``):
-
-1. ``traits`` describes it; ``identify`` returns its provenance, or raises EngineMissingError with
-   what to install;
-2. ``rules`` returns the conventions by which it runs a scene, or raises Unsupported;
-3. ``motions`` returns the motion of each job's scene, in order, or the EngineError in its place: a
-   failed run must not affect the others. Override ``run`` for outputs of another kind.
+To add an engine, subclass :class:`Engine`: ``traits`` describes it, ``identify`` returns its
+provenance, ``rules`` the conventions by which it runs a scene, ``motions`` the motions of scenes.
+Override ``run`` for outputs of another kind. An engine of another package stands under the entry
+point ``dem_harness.engines``, one of this package in ``registry.py``. README.md has an example.
 
 Units are converted at this edge and nowhere else. Formulas are not shared with theory or solvers.
 """
@@ -53,6 +48,7 @@ SCENES_AT_ONCE = 500  # in the first batch of jobs without scripts
 
 Value = str | int | float
 Values = Mapping[str, Value]
+Run = Callable[[Sequence["Job"]], list[Output | EngineError]]
 
 __all__ = ["Engine", "Job", "Output", "Template", "Value", "Values"]
 
@@ -101,6 +97,9 @@ class Template:
     allowed: Mapping[str, Allowed] = field(default_factory=dict)
     neutral: Mapping[str, Value] = field(default_factory=dict)
     about: Mapping[str, str] = field(default_factory=dict)
+
+    def __hash__(self) -> int:
+        return hash((self.package, self.name))
 
     @property
     def main(self) -> str:
@@ -165,7 +164,7 @@ class Engine(ABC):
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
         if _package(cls) != HARNESS:
-            for name in GUARDED & {*vars(cls), "run"}:
+            for name in GUARDED.keys() & {*vars(cls), "run"}:
                 setattr(cls, name, _guarded(name, getattr(cls, name)))
 
     @property
@@ -262,13 +261,13 @@ class Engine(ABC):
     def run(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Run the jobs, in parallel where that helps, and return their outputs in order.
 
-        Raise RequestError, before anything runs, for a job that :meth:`refuses` names.
+        A failed run must not affect the others. Raise RequestError, before anything runs, for a job
+        that :meth:`refuses` names.
         """
         self.check(jobs)
         outcomes: dict[int, Output | EngineError] = {}
-        for run, places in zip((self.run_scenes, self.run_scripts), self._split(jobs), strict=True):
-            if places:
-                outcomes |= zip(places, run([jobs[k] for k in places]), strict=True)
+        for places, run, _ in self._groups(jobs):
+            outcomes |= zip(places, run([jobs[place] for place in places]), strict=True)
         return [outcomes[place] for place in range(len(jobs))]
 
     def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Output | EngineError]]:
@@ -278,15 +277,19 @@ class Engine(ABC):
         runs many in the time that it takes to start.
         """
         self.check(jobs)
-        for size, places in zip((SCENES_AT_ONCE, 2 * cores()), self._split(jobs), strict=True):
-            for place, outcome in in_batches([jobs[k] for k in places], self.run, size):
-                yield places[place], outcome
+        for places, _, size in self._groups(jobs):
+            for index, outcome in in_batches([jobs[k] for k in places], self.run, size):
+                yield places[index], outcome
 
-    def _split(self, jobs: Sequence[Job]) -> tuple[list[int], list[int]]:
-        """Return the places of the jobs that run scenes, and of those that run scripts."""
-        has_script = [self.has_template(job.template) for job in jobs]
-        places = range(len(jobs))
-        return [k for k in places if not has_script[k]], [k for k in places if has_script[k]]
+    def _groups(self, jobs: Sequence[Job]) -> list[tuple[list[int], Run, int]]:
+        """Return the places of scenes, and of scripts, with their runner and a first batch."""
+        scripted = [self.has_template(job.template) for job in jobs]
+        kinds = ((False, self.run_scenes, SCENES_AT_ONCE), (True, self.run_scripts, 2 * cores()))
+        return [
+            ([place for place, has_script in enumerate(scripted) if has_script is kind], run, size)
+            for kind, run, size in kinds
+            if kind in scripted
+        ]
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
@@ -345,9 +348,14 @@ class Engine(ABC):
 # ---- engines of other packages, whose methods may return or raise anything
 
 HARNESS = "harness"
-GUARDED = {"identify", "fingerprint", "refuses", "rules", "motions", "run"}
-RETURNED: Mapping[str, type] = {"identify": Provenance, "refuses": str, "motions": list,
-                                "run": list}  # fmt: skip
+GUARDED: Mapping[str, type] = {  # methods, and what they return
+    "identify": Provenance,
+    "fingerprint": object,
+    "refuses": str,
+    "rules": object,
+    "motions": list,
+    "run": list,
+}
 
 
 class ContractError(EngineOutputError):
@@ -384,9 +392,10 @@ def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
     def guarded(self: Engine, *arguments: Any) -> Any:
         try:
             with contract(type(self), name):
-                value, wanted = call(self, *arguments), RETURNED.get(name, object)
-                if not isinstance(value, wanted):
-                    raise TypeError(f"{type(value).__name__} in place of {wanted.__name__}")
+                value = call(self, *arguments)
+                if not isinstance(value, GUARDED[name]):
+                    kinds = (type(value).__name__, GUARDED[name].__name__)
+                    raise TypeError(" in place of ".join(kinds))
                 if isinstance(value, list):
                     _check_outcomes(value, len(arguments[0]))
                 return value
@@ -398,7 +407,7 @@ def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
     return guarded
 
 
-def _check_outcomes(outcomes: list[Any], jobs: int) -> None:
+def _check_outcomes(outcomes: Sequence[Any], jobs: int) -> None:
     from harness.model.scene import Motion
 
     if len(outcomes) != jobs:

@@ -8,20 +8,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from harness.engines.base import Job, Value, Values
+from harness.engines.base import Value, Values
 from harness.engines.output import Output
 from harness.engines.process import (
     FAULTS,
     OUT_OF_MEMORY,
-    Batches,
     Ended,
     dealt,
     death,
     last_words,
     signal_of,
-    text_of,
 )
-from harness.engines.scripts import ScriptedEngine, Task
+from harness.engines.scripts import LOG, SERIES_FILE, ScriptedEngine, Task
 from harness.errors import (
     EngineError,
     EngineInputError,
@@ -37,7 +35,7 @@ if TYPE_CHECKING:
     from harness.model.base import Allowed
     from harness.model.scene import Motion, Scene
 
-SCRIPT, LOG, SERIES_FILE, DONE = "in.lmp", "log.lammps", "series.csv", "done"  # of a run
+SCRIPT, DONE = "in.lmp", "done"  # files of a run
 _VARIABLE = re.compile(r"\bvariable (\w+)\s")
 # LAMMPS's own: an echo of a script's ``print 'ERROR: ...'`` does not begin with it
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:.*", re.MULTILINE)
@@ -165,17 +163,13 @@ class LammpsLanguage(ScriptedEngine):
         """Return the indices of the tasks of each process, of whatever script, dealt out."""
         return [list(hand) for hand in dealt(len(tasks), self.workers)]
 
-    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the scripts of tasks, with their values, and the batch that runs them."""
-        series = f"variable series index {SERIES_FILE}\n"
-        self._write_batch(folder, [series + self.template_text(task) for task in tasks])
+    def write(self, folder: Path, tasks: Sequence[Task]) -> list[str]:
+        """Write scripts with their values, each in a folder of its own, and ``batch.in``.
 
-    def _write_batch(self, folder: Path, texts: Sequence[str]) -> None:
-        """Write scripts, each in a folder of its own as if it were run by hand, and ``batch.in``.
-
-        Each runs from a clean slate. ``clear`` keeps variables: they would shadow defaults, or
-        refuse another style.
+        Each runs as by hand, from a clean slate. ``clear`` keeps variables: they would shadow
+        defaults, or refuse another style.
         """
+        texts = [f"variable series index {SERIES_FILE}\n{self.template_text(t)}" for t in tasks]
         names = sorted({name for text in texts for name in _VARIABLE.findall(text)})
         lines: list[str] = []
         for place, text in enumerate(texts):
@@ -185,6 +179,11 @@ class LammpsLanguage(ScriptedEngine):
             lines += [f"variable {name} delete" for name in names]
             lines += [f"include {SCRIPT}", f'print "done" file {DONE}', "shell cd .."]
         (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
+        return self.command(tasks)
+
+    def command(self, tasks: Sequence[Task]) -> list[str]:
+        """Return the words that run ``batch.in``."""
+        raise NotImplementedError
 
     def template_text(self, task: Task) -> str:
         """Return the script of a template, the values of the job before its defaults."""
@@ -207,25 +206,11 @@ class LammpsLanguage(ScriptedEngine):
 
     # ---- scenes
 
-    def scene_batches(self, command: Sequence[str] | None = None) -> Batches[Job, Motion]:
-        """Return how the program, or a command, runs scenes: scripts write samples to a dump."""
-
-        def write(folder: Path, jobs: Sequence[Job]) -> Sequence[str]:
-            self._write_batch(folder, [self.scene_script(job) for job in jobs])
-            return self.command(()) if command is None else command
-
-        def read(folder: Path, place: int, job: Job, _: float) -> Motion | None:
-            done = (folder / str(place) / DONE).exists()
-            return self.read_samples(folder / str(place), self.scene_of(job)) if done else None
-
-        return Batches(
-            title=self.title,
-            write=write,
-            read=read,
-            error=self.error_of,
-            log=self.log_of,
-            environment=self.environment,
-        )
+    def read_scene(self, folder: Path, index: int, task: Task, _: float) -> Motion | None:
+        """Return the motion of a finished task, whose script writes samples to a dump."""
+        place = folder / str(index)
+        is_done = (place / DONE).exists()
+        return self.read_samples(place, self.scene_of(task.job)) if is_done else None
 
     def read_samples(self, folder: Path, scene: Scene) -> Motion:
         """Return the motion that the script of a scene wrote into a folder.
@@ -237,21 +222,12 @@ class LammpsLanguage(ScriptedEngine):
 
     # ---- results
 
-    def log_of(self, folder: Path, index: int) -> str:
-        """Return the log of a task."""
-        return text_of(folder / str(index) / LOG)
-
-    def series_of(self, folder: Path, index: int) -> str:
-        """Return the series of a task; empty where it wrote none."""
-        return text_of(folder / str(index) / SERIES_FILE)
-
     def error_of(self, ended: Ended, log: str) -> EngineError | None:
         """Return the error by the log, or by the last words of a process."""
         return error_of(ended, log, self.title)
 
-    def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
-        """Return the output of a finished task; raise EngineError also for an error in its log."""
-        output = super().read_job(folder, index, task, seconds)
-        if output is not None:
-            check_log(output.log, self.title)
+    def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
+        """Return the output of a task; raise EngineError also for an error in its log."""
+        output = super().output(task, log, series, seconds)
+        check_log(log, self.title)
         return output

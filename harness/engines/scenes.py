@@ -9,7 +9,8 @@ import inspect
 import json
 import math
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +19,13 @@ from numpy.typing import NDArray
 
 from harness.engines.base import Job
 from harness.engines.output import COLUMNS, SERIES, STAGES, TEMPERATURE, Output, Table
-from harness.engines.process import Batches, text_of
-from harness.engines.scripts import ScriptedEngine
+from harness.engines.process import text_of
+from harness.engines.scripts import Script, ScriptedEngine, Task
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.base import ZERO
 from harness.model.law import Law
 from harness.model.scene import LOOK, STAGE_COLUMNS, UNBOUNDED, Body, Floats, Motion, Scene, Wall
 
-SCENES = "scenes.json"
 PARTS = tuple(COLUMNS)  # of a motion
 
 # ---- motions of outputs and tables
@@ -63,9 +63,8 @@ def checked_motion(
     Forces on bodies that are not free may be NaN, and components that a code never writes. Raise
     EngineOutputError, and EngineNaNError for a number that is not finite.
     """
-    last = scene.steps
-    if scene.stages:
-        last = int(_checked_stages(title, scene, stages)[-1, 0])
+    ends = _checked_stages(title, scene, stages) if scene.stages else None
+    last = scene.steps if ends is None else int(ends[-1, 0])
     expected = np.arange(0, last + 1, scene.every)
     if not np.array_equal(steps, expected):
         raise EngineOutputError(f"{title} left {len(steps)} samples, not {len(expected)}")
@@ -82,7 +81,6 @@ def checked_motion(
     if bad:
         step = expected[min(bad)]
         raise EngineNaNError(f"{title} wrote a value that is not finite (NaN) at step {step}")
-    ends = stages if scene.stages else None
     return Motion(np.float64(scene.step) * expected, **parts, stages=ends)
 
 
@@ -110,32 +108,35 @@ def stages_of(scene: Scene, step: NDArray[np.int64], x: Floats, v: Floats) -> Fl
         return None
     looked = ((step % LOOK == 0) | (step == scene.steps)) & (step <= scene.steps)
     rows = np.column_stack([step, step * scene.step, x, v, np.zeros(len(step))])[looked]
-    mass, gravity = scene.bodies[0].mass, np.array(scene.gravity[:2])
-    energy = mass * (0.5 * (rows[:, 4:6] ** 2).sum(axis=1) - rows[:, 2:4] @ gravity)
-    ends, stage = [0], 0
-    for place in range(1, len(rows)):
-        beyond = rows[place, 2] > scene.stages[stage].place
-        stops = rows[place, 4] < 0.0 and energy[place] < scene.stages[stage].floor
-        if beyond:
-            stage += 1
-        if beyond or stops:
-            ends.append(place)
-        if stage == len(scene.stages) or (stops and not beyond):
+    energy, ends = _energy(scene, rows), [0]
+    for stage in scene.stages:
+        first = ends[-1] + 1
+        beyond = rows[first:, 2] > stage.place
+        stops = (rows[first:, 4] < 0.0) & (energy[first:] < stage.floor)
+        ended = np.flatnonzero(beyond | stops)
+        if len(ended):
+            ends.append(first + ended[0])
+        elif first < len(rows):
+            ends.append(len(rows) - 1)
+        if not (len(ended) and beyond[ended[0]]):
             break
-    else:
-        ends += [len(rows) - 1] * (ends[-1] < len(rows) - 1)
     return np.asarray(rows[ends])
 
 
 def decided(scene: Scene, stages: Floats) -> bool:
     """Return whether a path is over: beyond the last place, given up, or out of time."""
-    *_, last = stages
-    mass, gravity = scene.bodies[0].mass, np.array(scene.gravity[:2])
+    last = stages[-1]
     passed = sum(row[2] > stage.place for row, stage in zip(stages[1:], scene.stages, strict=False))
     if passed == len(scene.stages) or last[0] >= scene.steps:
         return True
-    energy = mass * (0.5 * (last[4:6] ** 2).sum() - last[2:4] @ gravity)
-    return bool(last[4] < 0.0 and energy < scene.stages[passed].floor)
+    return bool(last[4] < 0.0 and _energy(scene, last) < scene.stages[passed].floor)
+
+
+def _energy(scene: Scene, rows: Floats) -> Floats:
+    """Return the energy of the first body in gravity [J] at rows of stages (..., 7)."""
+    gravity = np.array(scene.gravity[:2])
+    specific = 0.5 * (rows[..., 4:6] ** 2).sum(axis=-1) - rows[..., 2:4] @ gravity
+    return np.asarray(scene.bodies[0].mass * specific)
 
 
 # ---- files of scenes
@@ -151,38 +152,22 @@ class SceneFileEngine(ScriptedEngine):
     def scene_words(self, scene: Scene) -> Mapping[str, Any]:
         """Return what the code calls a scene's law, as ``code`` of the scene's JSON."""
 
-    def scene_batches(self) -> Batches[Job, Motion]:
-        """Return how the code runs a file of scenes."""
-
-        def write(folder: Path, jobs: Sequence[Job]) -> list[str]:
-            (folder / SCENES).write_text(self._scenes_text(jobs), encoding="utf-8")
-            return [self.program, *self.options, str(self._scene_program()), SCENES]
-
-        def read(folder: Path, place: int, job: Job, _: float) -> Motion | None:
-            return read_motion(self.title, folder, place, self.scene_of(job))
-
-        return Batches(
-            title=self.title,
-            write=write,
-            read=read,
-            error=self.error_of,
-            environment=self.environment,
-        )
+    def scene_task(self, job: Job) -> Task:
+        """Return a job with ``run_scenes.py`` and the JSON of its scene."""
+        scene = self.scene_of(job)
+        values = {**scene.model_dump(mode="json"), "code": dict(self.scene_words(scene))}
+        program = Path(inspect.getfile(type(self))).with_name("run_scenes.py")
+        return Task(job, Script(program.name, program.read_text(encoding="utf-8")), values)
 
     def scene_script(self, job: Job) -> str:
         """Return ``run_scenes.py`` with a scene in place of the file; it writes ``0.json``."""
-        text, scenes = self._scene_program().read_text(encoding="utf-8"), self._scenes_text([job])
-        return text.replace('SCENES = ""', f"SCENES = r'''{scenes}'''", 1)
+        task = self.scene_task(job)
+        scenes = f"SCENES = r'''{json.dumps([task.values])}'''"
+        return task.script.text.replace('SCENES = ""', scenes, 1)
 
-    @classmethod
-    def _scene_program(cls) -> Path:
-        return Path(inspect.getfile(cls)).with_name("run_scenes.py")
-
-    def _scenes_text(self, jobs: Sequence[Job]) -> str:
-        scenes = [self.scene_of(job) for job in jobs]
-        words = [dict(self.scene_words(scene)) for scene in scenes]
-        rows = zip(scenes, words, strict=True)
-        return json.dumps([{**scene.model_dump(mode="json"), "code": code} for scene, code in rows])
+    def read_scene(self, folder: Path, index: int, task: Task, _: float) -> Motion | None:
+        """Return the motion in ``<index>.json``, None without the file."""
+        return read_motion(self.title, folder, index, self.scene_of(task.job))
 
 
 def read_motion(title: str, folder: Path, place: int, scene: Scene) -> Motion | None:
@@ -214,27 +199,28 @@ def check_omitted_pairs(title: str, scene: Scene, motion: Motion) -> None:
             raise EngineOutputError(f"{title} lets bodies {i} and {j} touch, the scene does not")
 
 
-# ---- scenes that none of these codes can state, and contacts
+# ---- scenes that none of these codes can state
 
 
 def check_scene(scene: Scene) -> None:
     """Raise Unsupported for a scene with more than spheres, horizontal planes and one law."""
-    law, length = scene.law, scene.period[0]
+    law, length, bodies, walls = scene.law, scene.period[0], scene.bodies, scene.walls
+    places = [body.position[0] for body in bodies]
     refuse_any(
         (scene.laws, "gets one law for all contacts"),
         (_is_selective(scene), "lets all bodies touch one another"),
         (scene.drag, "has no drag"),
         (scene.period[1:] != UNBOUNDED[1:], "has periodic boundaries along x alone here"),
-        (length is not None and scene.walls, "has no walls beside periodic boundaries here"),
-        (length is not None and _spread(scene) >= length, "starts within one period"),
+        (length is not None and walls, "has no walls beside periodic boundaries here"),
+        (length is not None and max(places) - min(places) >= length, "starts within one period"),
         (scene.stages and scene.setups, "sets no forces up again between stages"),
         (law.interface == "old", "has one contact interface"),
         (law.two_moduli, "gets one material for both bodies"),
         (law.heat != "none", "conducts no heat here"),
-        (any(not _stays_on_axes(scene, b) for b in scene.bodies), "moves bodies along all axes"),
-        (any(not _solid(body) for body in scene.bodies), "has solid spheres, I = 2/5 m r^2"),
-        (any(not _lies_still(wall) for wall in scene.walls), "has horizontal planes at rest"),
-        (any(wall.bodies is not None for wall in scene.walls), "has walls that act on all bodies"),
+        (not all(_stays_on_axes(scene, body) for body in bodies), "moves bodies along all axes"),
+        (not all(_is_solid(body) for body in bodies), "has solid spheres, I = 2/5 m r^2"),
+        (not all(_is_still_floor(wall) for wall in walls), "has horizontal planes at rest"),
+        (any(wall.bodies is not None for wall in walls), "has walls that act on all bodies"),
     )
 
 
@@ -263,10 +249,12 @@ def _omitted_pairs(scene: Scene) -> list[tuple[int, int]]:
     """Return the pairs of which one is free that ``pairs`` leaves out."""
     if scene.pairs is None:
         return []
-    named = {(min(pair), max(pair)) for pair in scene.pairs}
-    count, free = len(scene.bodies), [body.motion == "free" for body in scene.bodies]
-    every = ((i, j) for i in range(count) for j in range(i + 1, count) if free[i] or free[j])
-    return [pair for pair in every if pair not in named]
+    named, free = (
+        {frozenset(pair) for pair in scene.pairs},
+        [b.motion == "free" for b in scene.bodies],
+    )
+    every = combinations(range(len(free)), 2)
+    return [(i, j) for i, j in every if (free[i] or free[j]) and {i, j} not in named]
 
 
 def _is_selective(scene: Scene) -> bool:
@@ -275,11 +263,11 @@ def _is_selective(scene: Scene) -> bool:
     One at a larger distance, as the next but one in a line, is watched by
     :func:`check_omitted_pairs`.
     """
-    for i, j in _omitted_pairs(scene):
-        first, second = scene.bodies[i], scene.bodies[j]
-        if math.dist(first.position, second.position) < 1.9 * (first.radius + second.radius):
-            return True
-    return False
+    pairs = ((scene.bodies[i], scene.bodies[j]) for i, j in _omitted_pairs(scene))
+    return any(
+        math.dist(first.position, second.position) < 1.9 * (first.radius + second.radius)
+        for first, second in pairs
+    )
 
 
 def _stays_on_axes(scene: Scene, body: Body) -> bool:
@@ -290,19 +278,17 @@ def _stays_on_axes(scene: Scene, body: Body) -> bool:
     return not barred or (all(level) and not any(pushed) and scene.law.tangential == "none")
 
 
-def _spread(scene: Scene) -> float:
-    places = [body.position[0] for body in scene.bodies]
-    return max(places) - min(places)
-
-
-def _solid(body: Body) -> bool:
+def _is_solid(body: Body) -> bool:
     solid = 0.4 * body.mass * body.radius**2
     return math.isclose(body.moment_of_inertia, solid, rel_tol=1e-14)
 
 
-def _lies_still(wall: Wall) -> bool:
+def _is_still_floor(wall: Wall) -> bool:
     still = wall.velocity == wall.amplitude == wall.surface_velocity == ZERO
     return bool(wall.shape == "plane" and wall.direction[:2] == (0.0, 0.0) and still)
+
+
+# ---- contacts of a scene
 
 
 def partners(scene: Scene) -> list[tuple[Body, Body | None]]:
@@ -310,11 +296,9 @@ def partners(scene: Scene) -> list[tuple[Body, Body | None]]:
     bodies, pairs = scene.bodies, dict[Any, tuple[Body, Body | None]]()
     prescribed = bool(scene.segments)
     for i, first in enumerate(bodies):
-        others: list[Body | None] = [*bodies[i + 1 :], *([None] if scene.walls else [])]
-        for second in others:
-            if not (prescribed or first.motion == "free" or (second and second.motion == "free")):
-                continue
-            pairs.setdefault((kind(first), second and kind(second)), (first, second))
+        for second in (*bodies[i + 1 :], *([None] if scene.walls else [])):
+            if prescribed or "free" in (first.motion, second and second.motion):
+                pairs.setdefault((kind(first), second and kind(second)), (first, second))
     return list(pairs.values())
 
 

@@ -1,14 +1,15 @@
-"""Engines that run script files through a program: templates rendered, run, and read.
+"""Engines that run a program, and script files through it: templates rendered, run, and read.
 
-To make such an engine, subclass :class:`ScriptedEngine` next to a folder ``templates`` with a file
-``<template>.<extension>.j2`` for each template of a case that the code can run, and give
+To make an engine of scripts, subclass :class:`ScriptedEngine` next to a folder ``templates`` with a
+file ``<template>.<extension>.j2`` for each template of a case that the code can run, and give
 ``name``, ``traits``, ``programs``, ``extension`` of script files, ``options`` of the program, and
 ``ask_version``: who the program is, from :meth:`ProgramEngine.ask`.
 
 A script declares the values it takes and prints ``RESULT name = value``, ``RESULT verdict = ...``
-last. By default it has a dictionary ``PARAMETERS``, takes the runs of a batch from a JSON list and
-writes the lines of run i to ``<i>.txt`` when it is over, and its series to ``<i>.csv``. Override
-the other methods and class attributes of :class:`ScriptedEngine` for another form.
+last. By default it has a dictionary ``PARAMETERS``, and takes the runs of a batch from a JSON list,
+each with the files of its ``series``, a CSV, and of its ``results``, which it writes when the run
+is over. Override the other methods and class attributes of :class:`ScriptedEngine` for another
+form.
 
 Where a case belongs to another package its templates lie in ``<package>/templates/<engine>/``.
 Jinja sees every default as :meth:`ScriptedEngine.literal` writes it, and all as ``defaults``, with
@@ -24,12 +25,11 @@ import inspect
 import json
 import re
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from importlib import import_module, resources
-from importlib.resources.abc import Traversable
+from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -45,10 +45,12 @@ from harness.engines.output import (
     results_in,
 )
 from harness.engines.process import (
+    SAID,
     Batches,
     Ended,
     Limits,
     Processes,
+    Result,
     cores,
     first_text,
     fresh_folder,
@@ -70,8 +72,8 @@ if TYPE_CHECKING:
     from harness.model.scene import Motion
 
 ASK_SECONDS = 60.0
-Folder = Traversable | Path
 RUNS = "runs.json"
+LOG, SERIES_FILE = "log.txt", "series.csv"  # of a run, in its folder
 SHARED = Path(__file__).with_name("templates")  # what templates of several engines include
 
 
@@ -94,14 +96,9 @@ class ProgramEngine(Engine):
         if workers is not None and workers < 1:
             raise RequestError(f"workers = {workers!r}: must be at least 1")
         self.program = self.find(program)
-        self.limits = limits or Limits()
-        self.workers = workers or cores()
+        self.limits, self.workers = limits or Limits(), workers or cores()
         self.processes = Processes()
         self.deciding_options: Mapping[str, str] = {}
-
-    @abstractmethod
-    def ask_version(self) -> Provenance:
-        """Return who the program is; raise EngineMissingError where it is another, or broken."""
 
     @classmethod
     def find(cls, program: str | None) -> str:
@@ -113,9 +110,9 @@ class ProgramEngine(Engine):
                 return find_program("program", name)
         raise EngineMissingError(cls.traits.missing(f"no {' or '.join(cls.programs)} on PATH"))
 
-    def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
-        """Return the environment of a process that works in a folder; None: the harness's own."""
-        return None
+    @abstractmethod
+    def ask_version(self) -> Provenance:
+        """Return who the program is; raise EngineMissingError where it is another, or broken."""
 
     def identify(self) -> Provenance:
         """Return version and executable, read once."""
@@ -138,10 +135,14 @@ class ProgramEngine(Engine):
 
     @cached_property
     def _fingerprint(self) -> Mapping[str, Any] | None:
-        files = self.installed_files()
+        files, variables = self.installed_files(), self.deciding_variables
         if not files:
             return None
-        return facts(self.name, "executable", files, self.deciding_variables, self.deciding_options)
+        return facts(self.name, "executable", files, variables, self.deciding_options)
+
+    def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
+        """Return the environment of a process that works in a folder; None: the harness's own."""
+        return None
 
     def ask(
         self, words: Sequence[str], files: Mapping[str, str] | None = None
@@ -151,7 +152,7 @@ class ProgramEngine(Engine):
             for name, text in (files or {}).items():
                 (folder / name).write_text(text, encoding="utf-8")
             ended = self.start(words, folder, ASK_SECONDS)
-            return first_text(folder / "said", 100_000), ended
+            return first_text(folder / SAID, 100_000), ended
 
     def start(self, words: Sequence[str], folder: Path, seconds: float) -> Ended:
         """Run a command in a folder."""
@@ -159,6 +160,13 @@ class ProgramEngine(Engine):
         return self.processes.run(
             words, folder, seconds=seconds, memory=memory, environment=environment
         )
+
+    def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
+        """Return the error by the end of a process, or None where it ended well.
+
+        ``log`` is that of the task it was at, empty where all had finished.
+        """
+        return ended.error(self.title)
 
     def close(self) -> None:
         """End what runs; whoever waits for it removes its files."""
@@ -177,7 +185,7 @@ class Script:
 
     name: str
     text: str
-    variables: frozenset[str]
+    variables: frozenset[str] = frozenset()
 
     @cached_property
     def sha256(self) -> str:
@@ -202,7 +210,7 @@ class ScriptedEngine(ProgramEngine):
     A sampled job sets each of the ``switches`` that its script declares. ``command_name`` is the
     start of a command line that a user would type.
 
-    One that takes scenes as well has ``rules``, ``scene_batches`` and ``scene_script``.
+    One that takes scenes as well has ``rules``, ``scene_script`` and ``read_scene``.
     """
 
     extension: ClassVar[str] = "py"
@@ -210,10 +218,6 @@ class ScriptedEngine(ProgramEngine):
     options: ClassVar[Sequence[str]] = ()
     renders_variants: ClassVar[bool] = False
     switches: ClassVar[Values] = {}
-
-    @cached_property
-    def _logs(self) -> dict[str, str]:
-        return {}
 
     # ---- the form of scripts and their files
 
@@ -233,19 +237,6 @@ class ScriptedEngine(ProgramEngine):
         block = re.search(r"^PARAMETERS = \{\n(.*?)^\}", text, re.MULTILINE | re.DOTALL)
         return frozenset(re.findall(r'^ +"(\w+)":', block[1], re.MULTILINE) if block else ())
 
-    def write(self, folder: Path, tasks: Sequence[Task]) -> None:
-        """Write the scripts of a batch, by their names, and the list of its runs."""
-        runs = []
-        for place, task in enumerate(tasks):
-            (folder / task.script.name).write_text(task.script.text, encoding="utf-8")
-            series = f"{place}.csv" if task.job.sampled else ""
-            runs.append({**task.values, "series": series, "results": f"{place}.txt"})
-        (folder / RUNS).write_text(json.dumps(runs), encoding="utf-8")
-
-    def command(self, tasks: Sequence[Task]) -> list[str]:
-        """Return the words that run a batch, of one script, in its folder."""
-        return [self.program, *self.options, tasks[0].script.name, RUNS]
-
     def shares(self, tasks: Sequence[Task]) -> list[list[int]]:
         """Return the indices of the tasks of each process: those of one script, dealt out."""
         scripts: dict[Script, list[int]] = {}
@@ -254,25 +245,29 @@ class ScriptedEngine(ProgramEngine):
         hands = self.workers
         return [same[k::hands] for same in scripts.values() for k in range(min(hands, len(same)))]
 
+    def write(self, folder: Path, tasks: Sequence[Task]) -> list[str]:
+        """Write the files of a batch, of one script, and return the command that runs them."""
+        runs = []
+        (folder / tasks[0].script.name).write_text(tasks[0].script.text, encoding="utf-8")
+        for place, task in enumerate(tasks):
+            (folder / str(place)).mkdir()
+            series = f"{place}/{SERIES_FILE}" if task.job.sampled else ""
+            runs.append({**task.values, "series": series, "results": f"{place}/{LOG}"})
+        (folder / RUNS).write_text(json.dumps(runs), encoding="utf-8")
+        return [self.program, *self.options, tasks[0].script.name, RUNS]
+
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again by hand."""
         words = [f"{name}={str(v).replace(' ', '')}" for name, v in task.values.items()]
         return " ".join([self.command_name, task.script.name, *words])
 
+    def template_text(self, task: Task) -> str:
+        """Return the script of a template below the command that runs it."""
+        return f"# {self.command_line(task)}\n{task.script.text}"
+
     def log_of(self, folder: Path, index: int) -> str:
         """Return the log of the task of this index, nothing before it has begun."""
-        return text_of(folder / f"{index}.txt")
-
-    def series_of(self, folder: Path, index: int) -> str:
-        """Return the series of a task; empty where it wrote none."""
-        return text_of(folder / f"{index}.csv")
-
-    def error_of(self, ended: Ended, log: str) -> EngineError | None:  # noqa: ARG002
-        """Return the error by the end of a process, or None where it ended well.
-
-        ``log`` is that of the task it was at, empty where all had finished.
-        """
-        return ended.error(self.title)
+        return text_of(folder / str(index) / LOG)
 
     # ---- scripts of templates
 
@@ -290,12 +285,7 @@ class ScriptedEngine(ProgramEngine):
             raise RequestError(
                 f"{template.name!r} has no variant {variant!r}: must be one of {variants}"
             )
-        if not cls.renders_variants:
-            chosen = template.main
-        key = (cls, template.package, template.name, chosen)
-        if key not in _RENDERED or _RENDERED[key][0] != template:
-            _RENDERED[key] = (template, cls._render(template, chosen))
-        return _RENDERED[key][1]
+        return _script(cls, template, chosen if cls.renders_variants else template.main)
 
     @classmethod
     def inputs(cls, templates: Iterable[Template]) -> dict[str, str]:
@@ -320,6 +310,11 @@ class ScriptedEngine(ProgramEngine):
         values = {**self._values(job), **(self.switches if job.sampled else {})}
         return Task(job, script, {n: v for n, v in values.items() if n in script.variables})
 
+    def _values(self, job: Job) -> Values:
+        """Return the values of a job, with the defaults of a variant that has no script."""
+        in_script = self.renders_variants or not job.variant
+        return {**({} if in_script else job.template.variants[job.variant]), **job.values}
+
     def script_digest(self, job: Job) -> str:
         """Return the SHA-256 of the script that a job runs; empty for a scene."""
         has_script = self.has_template(job.template)
@@ -331,55 +326,8 @@ class ScriptedEngine(ProgramEngine):
             return self.template_text(self.task(job))
         return self.scene_script(job)
 
-    def template_text(self, task: Task) -> str:
-        """Return the script of a template below the command that runs it."""
-        return f"# {self.command_line(task)}\n{task.script.text}"
-
-    def _values(self, job: Job) -> Values:
-        """Return the values of a job, with the defaults of a variant that has no script."""
-        in_script = self.renders_variants or not job.variant
-        return {**({} if in_script else job.template.variants[job.variant]), **job.values}
-
     @classmethod
-    def _render(cls, template: Template, variant: str) -> Script:
-        from harness.model.scene import LOOK  # pydantic, which workers of LAMMPS do without
-
-        if not cls.has_template(template):
-            raise RequestError(f"engine {cls.name!r} has no template {template.name!r}")
-        stem = f"{template.name}-{variant}" if variant and cls.renders_variants else template.name
-        name = f"{stem}.{cls.extension}"
-        settings = template.variants[variant]
-        defaults = {key: cls.literal(value) for key, value in settings.items()}
-        values = {
-            **defaults,
-            "defaults": defaults,
-            "values": settings,
-            "about": template.about,
-            "name": name,
-            "variant": variant,
-            "note": template.notes.get(variant, ""),
-            "allowed": {},
-            "look": LOOK,
-            "engine_class": cls,
-        }
-        folders, file = cls._folders(template.package), f"{template.name}.{cls.extension}.j2"
-        try:
-            variables = cls.declared(rendered(folders, file, values))
-            allowed = {**template.allowed, **cls.allowed()}
-            values["allowed"] = {n: limits for n, limits in allowed.items() if n in variables}
-            return Script(name, rendered(folders, file, values), variables)
-        except HarnessError:
-            raise
-        except Exception as error:
-            package = f" of package {template.package!r}" if template.package else ""
-            text = " ".join(f"{type(error).__name__}: {error}".split())[:160]
-            raise EngineError(
-                f"{cls.label()}: case {template.name!r}{package}: template {file} cannot be "
-                f"rendered: {text}"
-            ) from error
-
-    @classmethod
-    def _folders(cls, package: str) -> tuple[Folder, ...]:
+    def _folders(cls, package: str) -> tuple[Path, ...]:
         """Return where templates lie: in the case's package, then with the engine's classes."""
         kinds = [kind for kind in cls.__mro__ if issubclass(kind, ScriptedEngine)]
         files = [inspect.getfile(kind) for kind in kinds if not inspect.isabstract(kind)]
@@ -387,7 +335,7 @@ class ScriptedEngine(ProgramEngine):
         if not package:
             return folders
         try:
-            root = resources.files(import_module(package))
+            root = Path(str(resources.files(package)))
         except (ImportError, TypeError) as error:
             raise RequestError(
                 f"templates of package {package!r}: it cannot be imported ({error})"
@@ -396,19 +344,32 @@ class ScriptedEngine(ProgramEngine):
 
     # ---- scenes, for a code that takes them
 
-    def scene_batches(self) -> Batches[Job, Motion]:
-        """Return how the program runs the scenes of jobs."""
-        raise NotImplementedError
-
     def scene_script(self, job: Job) -> str:
         """Return the plain script of a job's scene."""
         raise NotImplementedError
 
+    def scene_task(self, job: Job) -> Task:
+        """Return a job with the script of its scene, in which nothing is set."""
+        return Task(job, Script(f"scene.{self.extension}", self.scene_script(job)), {})
+
+    def read_scene(self, folder: Path, index: int, task: Task, seconds: float) -> Motion | None:
+        """Return the motion of a task, None where it has not finished."""
+        raise NotImplementedError
+
+    # ---- runs
+
+    def batches(
+        self, read: Callable[[Path, int, Task, float], Result | None]
+    ) -> Batches[Task, Result]:
+        """Return how the program runs tasks, whose results ``read`` returns."""
+        return Batches(title=self.title, write=self.write, read=read, error=self.error_of,
+                       log=self.log_of, environment=self.environment,
+                       seconds=lambda task: task.job.seconds)  # fmt: skip
+
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motion of the scene of each job, or the error of its run, in order."""
-        return self.scene_batches().run(jobs, self.workers, self.limits, self.processes)
-
-    # ---- runs of scripts
+        tasks, batches = [self.scene_task(job) for job in jobs], self.batches(self.read_scene)
+        return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
 
     def run_scripts(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the outputs of scripts; their logs begin with the command and the script."""
@@ -425,25 +386,22 @@ class ScriptedEngine(ProgramEngine):
                 outcomes.append(replace(outcome, log=log))
         return outcomes
 
+    @cached_property
+    def _logs(self) -> dict[str, str]:
+        return {}
+
     def logs(self) -> dict[str, str]:
         """Return, for each script, the log of the first run of it that finished."""
         return dict(self._logs)
 
     def execute(self, tasks: Sequence[Task]) -> list[Output | EngineError]:
         """Run tasks, shared out over processes, and return their outputs in order."""
-
-        def write(folder: Path, some: Sequence[Task]) -> list[str]:
-            self.write(folder, some)
-            return self.command(some)
-
-        batches = Batches(title=self.title, write=write, read=self.read_job, error=self.error_of,
-                          log=self.log_of, environment=self.environment,
-                          seconds=lambda task: task.job.seconds)  # fmt: skip
-        return batches.run(tasks, self.workers, self.limits, self.processes, self.shares(tasks))
+        shares, batches = self.shares(tasks), self.batches(self.read_job)
+        return batches.run(tasks, self.workers, self.limits, self.processes, shares)
 
     def read_job(self, folder: Path, index: int, task: Task, seconds: float) -> Output | None:
         """Return the output of a task that took so long, None where it has not finished."""
-        log, series = self.log_of(folder, index), self.series_of(folder, index)
+        log, series = self.log_of(folder, index), text_of(folder / str(index) / SERIES_FILE)
         return self.output(task, log, series, seconds) if finished(log) else None
 
     def output(self, task: Task, log: str, series: str, seconds: float) -> Output:
@@ -463,7 +421,7 @@ class ScriptedEngine(ProgramEngine):
         return output
 
 
-_RENDERED: dict[tuple[type, str, str, str], tuple[Template, Script]] = {}
+# ---- rendering
 
 
 @cache
@@ -472,7 +430,37 @@ def _has_file(kind: type[ScriptedEngine], package: str, name: str) -> bool:
     return any((folder / file).is_file() for folder in kind._folders(package))
 
 
-def rendered(folders: Sequence[Folder], file: str, values: Mapping[str, Any]) -> str:
+@cache
+def _script(kind: type[ScriptedEngine], template: Template, variant: str) -> Script:
+    """Return the script of a variant, rendered twice: its text names the variables in it."""
+    from harness.model.scene import LOOK  # pydantic, which workers of LAMMPS do without
+
+    if not kind.has_template(template):
+        raise RequestError(f"engine {kind.name!r} has no template {template.name!r}")
+    stem = f"{template.name}-{variant}" if variant and kind.renders_variants else template.name
+    name, file = f"{stem}.{kind.extension}", f"{template.name}.{kind.extension}.j2"
+    settings = template.variants[variant]
+    defaults = {key: kind.literal(value) for key, value in settings.items()}
+    values = {**defaults, "defaults": defaults, "values": settings, "about": template.about,
+              "name": name, "variant": variant, "note": template.notes.get(variant, ""),
+              "look": LOOK, "engine_class": kind}  # fmt: skip
+    folders, allowed = kind._folders(template.package), {**template.allowed, **kind.allowed()}
+    try:
+        variables = kind.declared(rendered(folders, file, {**values, "allowed": {}}))
+        declared = {n: limits for n, limits in allowed.items() if n in variables}
+        return Script(name, rendered(folders, file, {**values, "allowed": declared}), variables)
+    except HarnessError:
+        raise
+    except Exception as error:
+        package = f" of package {template.package!r}" if template.package else ""
+        text = " ".join(f"{type(error).__name__}: {error}".split())[:160]
+        raise EngineError(
+            f"{kind.label()}: case {template.name!r}{package}: template {file} cannot be "
+            f"rendered: {text}"
+        ) from error
+
+
+def rendered(folders: Sequence[Path], file: str, values: Mapping[str, Any]) -> str:
     """Return the text of a template with values, ended by a line feed.
 
     What it includes may lie in any of the folders.
@@ -482,15 +470,10 @@ def rendered(folders: Sequence[Folder], file: str, values: Mapping[str, Any]) ->
 
 
 @cache  # what templates include is compiled once
-def _environment(folders: tuple[Folder, ...]) -> Environment:
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-
-    def source(name: str) -> tuple[str, str, None] | None:
-        paths = (folder / name for folder in (*folders, SHARED))
-        path = next((path for path in paths if path.is_file()), None)
-        return None if path is None else (path.read_text(encoding="utf-8"), name, None)
+def _environment(folders: tuple[Path, ...]) -> Environment:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     return Environment(
-        loader=FunctionLoader(source), undefined=StrictUndefined, autoescape=False,
-        trim_blocks=True, keep_trailing_newline=True,
+        loader=FileSystemLoader([*folders, SHARED]), undefined=StrictUndefined, autoescape=False,
+        trim_blocks=True, keep_trailing_newline=True, auto_reload=False,
     )  # fmt: skip

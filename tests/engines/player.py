@@ -85,7 +85,7 @@ def main(code, mode):
         folder = Path(place)
         script = (folder / "in.lmp").read_text("utf-8")
         speed = float(re.search(r"variable (?:vx|sideways) +index (\S+)", script)[1])
-        log = folder / "log.lammps"
+        log = folder / "log.txt"
         end, rows = misbehave(mode, log) if speed == 13.0 else (LOG, table(speed))
         (folder / "series.csv").write_text(rows, encoding="utf-8")
         log.write_text(end, encoding="utf-8")

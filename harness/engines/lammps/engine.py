@@ -229,8 +229,9 @@ class Lammps(LammpsLanguage):
                 launcher = [str(mpirun) if mpirun.exists() else "mpirun", "-n", str(ranks)]
             hands = 1 if launcher else self.workers
             ends = self._scene_batches(launcher).run(
-                [jobs[k] for k in places], hands, self.limits, self.processes, _dealt(alone, hands)
-            )
+                [self.scene_task(jobs[k]) for k in places], hands, self.limits, self.processes,
+                _dealt(alone, hands),
+            )  # fmt: skip
             outcomes.update(zip(places, ends, strict=True))
         return [outcomes[k] for k in range(len(jobs))]
 
@@ -238,11 +239,16 @@ class Lammps(LammpsLanguage):
     def _scene_program(self) -> str:
         return self.program or find_program("lmp", program_of_python("lmp"))
 
-    def _scene_batches(self, launcher: Sequence[str]) -> Batches[Job, Motion]:
+    def _scene_batches(self, launcher: Sequence[str]) -> Batches[Task, Motion]:
         command = [*launcher, self._scene_program, *self.arguments, *BATCH]
         environment = {**SLEEPING, **os.environ} if launcher else None
-        batches = super().scene_batches(command)
-        return replace(batches, environment=lambda folder: environment)  # noqa: ARG005
+
+        def write(folder: Path, tasks: Sequence[Task]) -> list[str]:
+            self.write(folder, tasks)
+            return command
+
+        return replace(self.batches(self.read_scene), write=write,
+                       environment=lambda folder: environment)  # noqa: ARG005 # fmt: skip
 
     def read_samples(self, folder: Path, scene: Scene) -> Motion:
         """Return the motion of a dump; torques on frozen bodies, which LAMMPS sets to 0, are NaN.

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -35,7 +34,7 @@ from harness.model.conventions import Rules
 from harness.model.scene import LOOK, Floats, Motion, Scene
 
 KEYWORDS, PARTICLES = "mfix.dat", "particle_input.dat"  # the names that MFiX looks for
-TEMPLATES = resources.files(__package__).joinpath("templates")
+TEMPLATES = Path(__file__).with_name("templates")
 Pair = tuple[float, float]
 UPRIGHT = np.array([[0.0, -1.0], [1.0, 0.0]])
 Scheme = Literal["EULER", "ADAMS_BASHFORTH"]  # ``DES_INTG_METHOD``
