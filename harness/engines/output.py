@@ -7,11 +7,11 @@ block for each sample.
 
 from __future__ import annotations
 
-import io
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from harness.errors import EngineNaNError, EngineOutputError
@@ -42,16 +42,18 @@ _RESULT = re.compile(r"^RESULT (\w+) = (.*)$", re.MULTILINE)
 _PARTICLE = re.compile(r"(\w+)\[(\d+)\]")
 _HEADER = 9  # lines above the particles of a frame of a dump
 _UNITS = {  # columns of a dump in SI units, by their names there
-    **{f"{axis}u": f"{axis}_m" for axis in "xyz"},
-    **{axis: f"{axis}_m" for axis in "xyz"},
-    **{f"v{axis}": f"v{axis}_m_per_s" for axis in "xyz"},
-    **{f"f{axis}": f"f{axis}_N" for axis in "xyz"},
-    **{f"f_contact[{k}]": f"f{axis}_N" for k, axis in enumerate("xyz", 1)},
-    **{f"omega{axis}": f"w{axis}_rad_per_s" for axis in "xyz"},
-    **{f"tq{axis}": f"t{axis}_N_m" for axis in "xyz"},
-    "radius": "radius_m",
-    "c_warmth": "temperature_K",
-}
+    name.format(axis=axis, k=k): unit.format(axis=axis)
+    for name, unit in {
+        "{axis}u": "{axis}_m",
+        "{axis}": "{axis}_m",
+        "v{axis}": "v{axis}_m_per_s",
+        "f{axis}": "f{axis}_N",
+        "f_contact[{k}]": "f{axis}_N",
+        "omega{axis}": "w{axis}_rad_per_s",
+        "tq{axis}": "t{axis}_N_m",
+    }.items()
+    for k, axis in enumerate("xyz", 1)
+} | {"radius": "radius_m", "c_warmth": "temperature_K"}
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _DATE = re.compile(rf"(\d{{1,2}}) ?({'|'.join(_MONTHS)}) ?(20\d\d)")
 # columns of a dump that are the same to the last digit where a run is taken up
@@ -234,23 +236,22 @@ def _check_table(name: str, table: Any) -> None:
 
 def motion_tables(motion: Motion, scene: Scene, *, sampled: bool = True) -> dict[str, Table]:
     """Return the tables of a motion; without samples where they are not wanted."""
+    import numpy as np
+
     from harness.model.scene import STAGE_COLUMNS
 
-    tables = {SERIES: motion_table(motion, scene)} if sampled else {}
+    tables: dict[str, Table] = {}
+    if sampled:
+        steps = scene.every * np.arange(len(motion), dtype=np.float64)
+        columns = {"step": steps, "time_s": motion.time}
+        for part, names in COLUMNS.items():
+            columns |= zip(names, np.moveaxis(getattr(motion, part), 2, 0), strict=True)
+        if motion.temperature is not None:
+            columns[TEMPERATURE] = motion.temperature
+        tables[SERIES] = columns
     if motion.stages is not None:
         tables[STAGES] = dict(zip(STAGE_COLUMNS, motion.stages.T, strict=True))
     return tables
-
-
-def motion_table(motion: Motion, scene: Scene) -> Table:
-    """Return the samples of a motion as columns, (M,) and (M, N)."""
-    import numpy as np
-
-    steps = scene.every * np.arange(len(motion), dtype=np.float64)
-    table = {"step": steps, "time_s": motion.time}
-    for part, names in COLUMNS.items():
-        table |= zip(names, np.moveaxis(getattr(motion, part), 2, 0), strict=True)
-    return table if motion.temperature is None else {**table, TEMPERATURE: motion.temperature}
 
 
 # ---- files of tables
@@ -272,7 +273,7 @@ def read_csv(text: str, program: str) -> Table:
         raise EngineOutputError(f"{program} left a series without rows, or cut in its last row")
     names = [name.strip().strip('"') for name in header.lstrip("# ").split(",")]
     try:
-        rows = np.loadtxt(io.StringIO(body), delimiter=",", ndmin=2)
+        rows = np.loadtxt(body.splitlines(), delimiter=",", ndmin=2)
         if rows.shape[1] != len(names):
             raise ValueError(f"{rows.shape[1]} columns under {len(names)} names")
     except ValueError as error:
@@ -331,24 +332,23 @@ def read_dump(text: str, program: str) -> Table:
             raise ValueError("it is cut")
         count, names = int(lines[3]), lines[_HEADER - 1].split()[2:]
         block = _HEADER + count
-        if len(lines) % block:
+        frames = [lines[start : start + block] for start in range(0, len(lines), block)]
+        if len(frames[-1]) != block:
             raise ValueError(f"{len(lines)} lines, not blocks of {block}")
-        starts = range(_HEADER, len(lines), block)
-        if any(int(lines[start - _HEADER + 3]) != count for start in starts):
+        if any(int(frame[3]) != count for frame in frames):
             raise ValueError("the number of particles changes")
-        steps = np.array([float(line) for line in lines[1::block]])
-        rows = "\n".join(line for i in starts for line in lines[i : i + count])
-        frames = np.loadtxt(io.StringIO(rows), ndmin=2).reshape(len(steps), count, len(names))
-        ids = frames[:, :, names.index("id")]
-        order = np.argsort(ids, axis=1)
-        if np.any(np.sort(ids, axis=1) != np.sort(ids[0])):
+        steps = np.array([float(frame[1]) for frame in frames])
+        rows = np.loadtxt(list(chain(*(frame[_HEADER:] for frame in frames))), ndmin=2)
+        rows = rows.reshape(len(steps), count, len(names))
+        order = np.argsort(rows[:, :, names.index("id")], axis=1)
+        rows = np.take_along_axis(rows, order[:, :, None], axis=1)
+        if np.any(np.diff(rows[:, :, names.index("id")], axis=0)):
             raise ValueError("particles come or go")
     except ValueError as error:
         raise EngineOutputError(f"{program} wrote a dump that cannot be read ({error})") from None
-    frames = np.take_along_axis(frames, order[:, :, None], axis=1)
     # forces are computed anew where a run is taken up, and places wrapped
-    state = frames[:, :, [i for i, name in enumerate(names) if name in _STATE]]
+    state = rows[:, :, [i for i, name in enumerate(names) if name in _STATE]]
     new = _new_rows(np.column_stack([steps, state.reshape(len(steps), -1)]), "step", program)
-    frames = frames[new]
-    columns = {_UNITS.get(n, n): frames[:, :, i] for i, n in enumerate(names) if n != "id"}
+    rows = rows[new]
+    columns = {_UNITS.get(n, n): rows[:, :, i] for i, n in enumerate(names) if n != "id"}
     return {"step": steps[new], **columns}
