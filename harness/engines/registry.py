@@ -13,7 +13,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
@@ -58,9 +58,9 @@ def engine_class(name: str) -> type[Engine]:
     if name in ENGINES:
         return _class_at(ENGINES[name], f"engine {name!r}")
     if plugin := _plugins().get(name):
-        return _class_at(plugin.value, f"engine {name!r} of package {_package(plugin)!r}")
-    if ":" not in name:
-        raise RequestError(f"--engine {name!r} is not known: {_must_be_one()}")
+        package = plugin.dist.name if plugin.dist else plugin.value.partition(":")[0]
+        return _class_at(plugin.value, f"engine {name!r} of package {package!r}")
+    _check_name(name, f"--engine {name!r}")
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))
     return _class_at(name, f"--engine {name!r}")
@@ -68,9 +68,9 @@ def engine_class(name: str) -> type[Engine]:
 
 def engine_title(name: str) -> str:
     """Return the name of an engine in tables and figures; any other name as it is."""
-    if name not in engine_names() and ":" not in name:
-        return name
-    return engine_class(name).traits.title or name.upper()
+    with suppress(RequestError):
+        return engine_class(name).traits.title or name.upper()
+    return name
 
 
 def open_engine(
@@ -113,10 +113,6 @@ def _plugins() -> dict[str, EntryPoint]:
     return {name: point for name, point in points.items() if name not in ENGINES}
 
 
-def _package(point: EntryPoint) -> str:
-    return point.dist.name if point.dist is not None else point.value.partition(":")[0]
-
-
 def _class_at(where: str, label: str) -> type[Engine]:
     """Return the engine's class at ``module:Class``; raise RequestError for anything else."""
     module, _, name = where.partition(":")
@@ -136,8 +132,11 @@ def _class_at(where: str, label: str) -> type[Engine]:
     return kind
 
 
-def _must_be_one() -> str:
-    return f"must be one of {', '.join(engine_names())}, or module:Class"
+def _check_name(name: str, label: str) -> None:
+    """Raise RequestError for the name of no engine."""
+    if name not in engine_names() and ":" not in name:
+        names = ", ".join(engine_names())
+        raise RequestError(f"{label} is not known: must be one of {names}, or module:Class")
 
 
 # ---- options of an engine's class
@@ -216,7 +215,7 @@ def engine_settings(texts: Iterable[str]) -> dict[str, dict[str, str]]:
 def check_options(
     programs: Mapping[str, str],
     settings: Mapping[str, Any],
-    engines: Iterable[str],
+    engines: Collection[str],
     option: str = "--engine",
 ) -> None:
     """Raise RequestError for a program or option of an engine that is unknown or does not run.
@@ -226,11 +225,9 @@ def check_options(
     """
     words = {name: f"--engine-option {name}" for name in settings}
     words |= {name: f"--program {name}={path}" for name, path in programs.items()}
-    names = set(engines)
     for name, word in words.items():
-        if name not in engine_names() and ":" not in name:
-            raise RequestError(f"{word}: is not known: {_must_be_one()}")
-        if name not in names:
+        _check_name(name, f"{word}:")
+        if name not in engines:
             raise RequestError(f"{word}: goes with {option} {name} only")
     for name, path in programs.items():
         find_program(f"program {name}", path)
@@ -307,8 +304,9 @@ def tree_files(folder: Path) -> list[Path]:
 def program_files(program: Path) -> list[Path]:
     """Return a program and all that the loader gives it; nothing for a script."""
     with program.open("rb") as stream:
-        is_script = stream.read(2) == b"#!"
-    libraries = [] if is_script else with_libraries(program.resolve())
+        if stream.read(2) == b"#!":
+            return []
+    libraries = with_libraries(program.resolve())
     return [program, *libraries] if libraries else []
 
 
@@ -316,9 +314,9 @@ def program_files(program: Path) -> list[Path]:
 def with_libraries(program: Path, *more: Path) -> list[Path]:
     """Return a program or library, what the loader gives it, and ``more``; nothing on failure."""
     done = ask_program(["ldd", str(program)], LOADER_SECONDS)
-    if done is None:
-        return []
-    if done.returncode != 0 and "not a dynamic executable" not in done.stderr + done.stdout:
+    if done is None or (
+        done.returncode and "not a dynamic executable" not in done.stderr + done.stdout
+    ):
         return []
     # as in "libm.so.6 => /lib/libm.so.6 (0x7f...)"
     lines = [line.split() for line in done.stdout.splitlines()]
@@ -332,15 +330,10 @@ def ask_program(words: Sequence[str], seconds: float) -> subprocess.CompletedPro
     None where it cannot be started or takes longer. It has no input.
     """
     with suppress(OSError, subprocess.TimeoutExpired):
-        return subprocess.run(
-            words,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="surrogateescape",  # as in the names of files
-            timeout=seconds,
-            check=False,
-        )
+        return subprocess.run(  # surrogates as in the names of files
+            words, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+            errors="surrogateescape", timeout=seconds, check=False,
+        )  # fmt: skip
     return None
 
 
