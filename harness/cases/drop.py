@@ -23,23 +23,10 @@ from harness.cases.checks import ROUND_OFF
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.errors import EngineOutputError
 from harness.model.base import COUNT, Allowed, allowed_in
-from harness.model.law import (
-    PLASTIC,
-    SOURCE,
-    Contact,
-    EffectiveMass,
-    NamedContact,
-    Tail,
-)
+from harness.model.law import PLASTIC, SOURCE, Contact, EffectiveMass, NamedContact, Tail
 from harness.model.scene import Body, Floats, Scene
 from harness.results.rows import Kind, Tolerance
-from harness.theory.contact import (
-    duration_clipped,
-    duration_unclipped,
-    largest_overlap,
-    restitution_clipped,
-    restitution_unclipped,
-)
+from harness.theory import contact as impact
 
 EPSILON = sys.float_info.epsilon
 LEAST_OVERLAP = 1e6 * EPSILON  # [d] so that rounding is a millionth of it at most
@@ -48,6 +35,8 @@ RESTED = 1e-6  # part of its motion that a grain at rest keeps at most
 SPEED = 1.0  # [m/s] of the collisions, on spheres of 1 m and 1 kg
 GAPS = 117.5  # steps before they begin: no number at which a sparse search might happen to look
 HEAD_ON = Contact(name="head-on", restitution=0.5)
+IN_SCRIPTS = ("stiffness", "steps_per_contact", "gravity", "diameter", "density", "gap", "speed",
+              "sideways")  # fmt: skip
 
 
 class Drop(EqualSpheres):
@@ -139,9 +128,7 @@ class Drop(EqualSpheres):
 
 def values_of(case: Drop) -> dict[str, Value]:
     """Return a script's values for a drop."""
-    names = ("stiffness", "steps_per_contact", "gravity", "diameter", "density", "gap", "speed",
-             "sideways")  # fmt: skip
-    values: dict[str, Value] = {name: getattr(case, name) for name in names}
+    values: dict[str, Value] = {name: getattr(case, name) for name in IN_SCRIPTS}
     values |= {"steps": case.steps, "series_every": case.every}
     return {**values, **case.contact.script_values}
 
@@ -156,19 +143,6 @@ def scene_of(case: Drop) -> Scene:
         law=case.contact.law(case.stiffness), gravity=(0.0, -case.gravity, 0.0),
         step=case.step, steps=case.steps, every=case.every,
     )  # fmt: skip
-
-
-TEMPLATE = Template(
-    name="drop",
-    variants={"": values_of(Drop(contact=HEAD_ON, gap=1e-3, speed=1.0))},
-    allowed={
-        **allowed_in(Drop),
-        "damping": Allowed(words=("restitution", "ratio")),
-        **allowed_in(Contact),
-        "steps": COUNT,
-        "series_every": COUNT,
-    },
-)
 
 
 class Path(NamedTuple):
@@ -199,47 +173,21 @@ def read_path(case: Drop, output: Output) -> Path:
 
 def restitution(case: Drop) -> float:
     """Return the restitution of a head-on collision with the linear spring [-]."""
-    law = restitution_clipped if case.contact.clipped else restitution_unclipped
+    law = impact.restitution_clipped if case.contact.clipped else impact.restitution_unclipped
     return law(case.zeta)
 
 
-def impact_duration(case: Drop) -> float:
+def _impact_duration(case: Drop) -> float:
     """Return how long the force of an impact lasts, over sqrt(m/k); from critical on for ever."""
     if case.contact.clipped:
-        return duration_clipped(case.zeta)
-    return duration_unclipped(case.zeta) if case.zeta < 1.0 else math.inf
-
-
-def closed_forms(case: Drop) -> dict[str, float]:
-    """Return the quantities of a drop with a closed form, none where nothing is known."""
-    unit = math.sqrt(case.mass / case.stiffness)  # [s]
-    if case.sideways != 0.0:
-        return {"angular_momentum_ratio": 1.0} if case.gravity == 0.0 else {}
-    if case.gravity > 0.0 and case.gap > 0.0:
-        end = {"end_overlap_m": case.fallen - case.gap,
-               "end_speed_m_per_s": case.speed + case.gravity * case.seconds}  # fmt: skip
-        return end if case.fallen < case.gap else {}
-    if case.gravity > 0.0:
-        slowest = case.zeta - math.sqrt(max(case.zeta**2 - 1.0, 0.0))
-        part = math.exp(-slowest * case.seconds / unit)
-        return {"end_overlap_m": case.rest_overlap} if part <= RESTED else {}
-    values: dict[str, float] = {}
-    if case.speed > 0.0:
-        remaining = (case.seconds - max(case.gap, 0.0) / case.speed) / unit
-        # the motion turns at half the time at which the clipped force vanishes
-        if remaining >= 0.5 * duration_clipped(case.zeta):
-            overlap = case.speed * largest_overlap(case.zeta) * unit
-            values["largest_sampled_overlap_m"] = overlap
-        if remaining >= impact_duration(case):
-            values["restitution"] = restitution(case)
-            values["end_speed_m_per_s"] = restitution(case) * case.speed
-    return values
+        return impact.duration_clipped(case.zeta)
+    return impact.duration_unclipped(case.zeta) if case.zeta < 1.0 else math.inf
 
 
 # ---- the case
 
 
-def falling(contact: Contact) -> Drop:
+def _falling(contact: Contact) -> Drop:
     """Return a free fall that ends before the sphere."""
     case = Drop(contact=contact, gravity=9.81, gap=0.05, every=100)
     return case.replace(duration=0.9 * math.sqrt(2.0 * case.gap / 9.81) / case.contact_time)
@@ -258,16 +206,14 @@ class DropCase(Case[Drop]):
                  lambda case: case.largest_overlap or max(case.gap, 0.0)),
         Quantity("end_overlap_m", "m", "overlap at the end; negative is a gap",
                  lambda case: max(case.largest_overlap, case.gap - case.fallen)),
-        Quantity("end_speed_m_per_s", "m/s", "speed at the end",
-                 lambda case: case.largest_speed),
+        Quantity("end_speed_m_per_s", "m/s", "speed at the end", lambda case: case.largest_speed),
         Quantity("angular_momentum_ratio", "1", "about the sphere's centre, end over start"),
     )  # fmt: skip
-
     presets = {  # noqa: RUF012 - as the base declares it
         "head-on": Drop(contact=HEAD_ON, gap=1e-3, speed=1.0),
         "plastic": Drop(contact=PLASTIC, gap=1e-3, speed=1.0, duration=25.0, every=10),
         "static": Drop(contact=HEAD_ON, stiffness=1e4, gravity=9.81, duration=40.0, every=100),
-        "fall": falling(HEAD_ON),
+        "fall": _falling(HEAD_ON),
         "oblique": Drop(contact=HEAD_ON, sideways=1.0, gap=-1e-4, every=100),
     }
 
@@ -295,58 +241,106 @@ class DropCase(Case[Drop]):
         return values
 
     def exact(self, parameters: Drop) -> Mapping[str, float]:
-        """Return the quantities with a closed form."""
-        return closed_forms(parameters)
+        """Return the quantities with a closed form, none where nothing is known."""
+        p, unit = parameters, math.sqrt(parameters.mass / parameters.stiffness)  # [s]
+        if p.sideways != 0.0:
+            return {"angular_momentum_ratio": 1.0} if p.gravity == 0.0 else {}
+        if p.gravity > 0.0 and p.gap > 0.0:
+            speed = p.speed + p.gravity * p.seconds
+            end = {"end_overlap_m": p.fallen - p.gap, "end_speed_m_per_s": speed}
+            return end if p.fallen < p.gap else {}
+        if p.gravity > 0.0:
+            slowest = p.zeta - math.sqrt(max(p.zeta**2 - 1.0, 0.0))
+            part = math.exp(-slowest * p.seconds / unit)
+            return {"end_overlap_m": p.rest_overlap} if part <= RESTED else {}
+        values: dict[str, float] = {}
+        if p.speed > 0.0:
+            remaining = (p.seconds - max(p.gap, 0.0) / p.speed) / unit
+            # the motion turns at half the time at which the clipped force vanishes
+            if remaining >= 0.5 * impact.duration_clipped(p.zeta):
+                overlap = p.speed * impact.largest_overlap(p.zeta) * unit
+                values["largest_sampled_overlap_m"] = overlap
+            if remaining >= _impact_duration(p):
+                values["restitution"] = restitution(p)
+                values["end_speed_m_per_s"] = restitution(p) * p.speed
+        return values
 
     def checks(self, engine: Engine) -> Iterator[Check]:
         """Return the checks of an engine: of each drop its closed form, and the path."""
         digits = engine.traits.digits
-        able = (c for c in contacts() if not engine.refuses(self.job(_flying(c, 25.0, 100))))
-        drops = [*map(collision, contacts()), *trials(next(able, SOURCE), digits)]
+        able = (c for c in contacts() if not engine.refuses(self.job(_flying(c))))
         seen = set[Drop]()
-        for case, check in drops:
-            yield check
-            if case not in seen:  # two quantities of one path
-                yield path_check(check.setup, case, digits)
-            seen.add(case)
+        for trial in (*map(collision, contacts()), *trials(next(able, SOURCE), digits)):
+            yield _closed_form_check(trial)
+            if trial.case not in seen:  # two quantities of one path
+                yield _path_check(trial, digits)
+            seen.add(trial.case)
 
 
 CASE = DropCase()
+TEMPLATE = Template(
+    "drop", {"": values_of(CASE.default)},
+    allowed={**allowed_in(Drop), "damping": Allowed(words=("restitution", "ratio")),
+             **allowed_in(Contact), "steps": COUNT, "series_every": COUNT},
+)  # fmt: skip
 
 
 # ---- the checks
 
 
+class Trial(NamedTuple):
+    """A drop, and a quantity of its path that has a closed form."""
+
+    setup: str
+    case: Drop
+    quantity: str
+    measure: Callable[[Path], float]
+    expected: float
+    tolerance: Tolerance
+    unit: str = "1"
+
+
 def contacts() -> list[Contact]:
     """Return the contacts that engines are put to: each rule differs from every other."""
-    half = [
-        HEAD_ON.replace(name=f"e = 0.5, {tail}, m_eff {mass}", tail=tail, effective_mass=mass)
-        for tail, mass in product(get_args(Tail), get_args(EffectiveMass))
-    ]
+    rules = product(get_args(Tail), get_args(EffectiveMass))
     return [
-        *half,
+        *(HEAD_ON.replace(name=f"e = 0.5, {tail}, m_eff {mass}", tail=tail, effective_mass=mass)
+          for tail, mass in rules),
         SOURCE,
         SOURCE.replace(name="source, clipped", tail="clipped"),
         SOURCE.replace(name="source, m_eff half", effective_mass="half"),
         PLASTIC,
-    ]
+    ]  # fmt: skip
 
 
-def trials(contact: Contact, digits: int) -> Iterator[tuple[Drop, Check]]:
+def collision(contact: Contact) -> Trial:
+    """Return the test of a restitution.
+
+    An error of one step in the contact's begin is omega h of the speed, and so is the
+    first-order error of a scheme that meets damping explicitly.
+    """
+    case = _flying(contact)
+    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * case.zeta)
+    tolerance = Tolerance(width, reason="omega h (1 + 2 zeta): a step of spring and dashpot")
+    return Trial(f"head-on, {contact.name}", case, "restitution",
+                 lambda path: float(path.vy[-1]) / SPEED, restitution(case), tolerance)  # fmt: skip
+
+
+def trials(contact: Contact, digits: int) -> Iterator[Trial]:
     """Yield the drops that need a contact of some kind; ``digits`` are those of the output."""
     last = 10.0 ** (1 - digits)
     onset = _flying(contact, duration=3.0, every=1)
-    yield closed_form(
+    yield Trial(
         "contact found within two steps", onset, "onset_steps",
-        lambda path: (1.0 - float(path.y[changes(path, digits)[0]])) / onset.step / SPEED, 0.0,
+        lambda path: (1.0 - float(path.y[_changes(path, digits)[0]])) / onset.step / SPEED, 0.0,
         Tolerance(2.0, reason="a step is the resolution, and a scheme may write one late"), "steps",
     )  # fmt: skip
 
     def contact_time_ratio(path: Path) -> float:
-        lasts = np.ptp(path.time[list(changes(path, digits))])
-        return float(lasts / impact_duration(onset) * math.sqrt(onset.stiffness))
+        lasts = np.ptp(path.time[list(_changes(path, digits))])
+        return float(lasts / _impact_duration(onset) * math.sqrt(onset.stiffness))
 
-    yield closed_form(
+    yield Trial(
         "contact lasts its time", onset, "contact_time_ratio", contact_time_ratio, 1.0,
         Tolerance(4.0 / onset.steps_per_contact, reason="two steps at either end"),
     )  # fmt: skip
@@ -354,80 +348,64 @@ def trials(contact: Contact, digits: int) -> Iterator[tuple[Drop, Check]]:
     rest = Drop(contact=contact, stiffness=1e4, gravity=9.81, duration=40.0, every=1000)
     swing = 2.0 * math.exp(-rest.zeta * math.pi * rest.duration)
     reason = "what the dashpot has left of the motion, and the digits of the output"
-    yield closed_form(
+    yield Trial(
         "at rest under its weight", rest, "static_overlap_ratio",
         lambda path: (1.0 - float(path.y[-1])) / rest.rest_overlap, 1.0,
         Tolerance(swing + 10.0 * last / rest.rest_overlap + ROUND_OFF, reason=reason),
     )  # fmt: skip
-    fall = falling(contact)
+    fall = _falling(contact)
     late = Tolerance(2.0 * fall.step / fall.seconds + 20.0 * last / fall.gap,
                      reason="a scheme may begin half a step late or early")  # fmt: skip
-    yield closed_form(
+    yield Trial(
         "free fall", fall, "fall_ratio",
         lambda path: (1.05 - float(path.y[-1])) / (0.5 * 9.81 * float(path.time[-1]) ** 2),
         1.0, late,
     )  # fmt: skip
-    yield closed_form(
+    yield Trial(
         "energy of a free fall", fall, "energy_ratio",
         lambda path: 0.5 * float(path.vy[-1]) ** 2 / 9.81 / (1.05 - float(path.y[-1])), 1.0, late,
     )  # fmt: skip
     aslant = Drop(contact=contact, sideways=SPEED, gap=-1e-4, duration=3.0, every=100)
     reason = "exact in symplectic schemes but for round-off and digits"
-    yield closed_form(
+    yield Trial(
         "oblique contact", aslant, "angular_momentum_ratio", lambda path: path.momentum_ratio, 1.0,
         Tolerance(max(ROUND_OFF, 10.0 * last), reason=reason),
     )  # fmt: skip
 
 
-def collision(contact: Contact) -> tuple[Drop, Check]:
-    """Return the test of a restitution.
-
-    An error of one step in the contact's begin is omega h of the speed, and so is the
-    first-order error of a scheme that meets damping explicitly.
-    """
-    # a contact that ends late: at 15 contact times for the source's
-    case = _flying(contact, duration=25.0, every=100)
-    width = math.pi / case.steps_per_contact * (1.0 + 2.0 * case.zeta)
-    tolerance = Tolerance(width, reason="omega h (1 + 2 zeta): a step of spring and dashpot")
-    return closed_form(
-        f"head-on, {contact.name}", case, "restitution",
-        lambda path: float(path.vy[-1]) / SPEED, restitution(case), tolerance,
+def _closed_form_check(trial: Trial) -> Check:
+    job = CASE.job(trial.case)
+    return Check(
+        setup=trial.setup, quantity=trial.quantity, unit=trial.unit, kind=Kind.ANALYTIC,
+        measure=lambda bench: trial.measure(read_path(trial.case, bench.output(job))),
+        expected=trial.expected, tolerance=trial.tolerance, jobs=(job,),
     )  # fmt: skip
 
 
-def closed_form(
-    setup: str, case: Drop, quantity: str, measure: Callable[[Path], float], expected: float,
-    tolerance: Tolerance, unit: str = "1",
-) -> tuple[Drop, Check]:  # fmt: skip
-    """Return a drop, and the check of a quantity of its path with a closed form."""
-    job = CASE.job(case)
-    return case, Check(
-        setup=setup, quantity=quantity, unit=unit, kind=Kind.ANALYTIC, expected=expected,
-        measure=lambda bench: measure(read_path(case, bench.output(job))), tolerance=tolerance,
+def _path_check(trial: Trial, digits: int) -> Check:
+    """Return the check of a whole path, over the sizes of its overlap and its speed."""
+    case, job = trial.case, CASE.job(trial.case)
+    length, speed = case.largest_overlap or case.gap, case.largest_speed
+    sizes = np.array([case.step / EPSILON**0.5, length, length, speed, speed])
+    # a step rounds a place by half a unit at most, an output from the edge of a box once
+    rounding = 0.5 * case.steps * EPSILON * (case.diameter / length)
+    resolution = 20.0 * 10.0 ** (1 - digits) * (case.diameter / length)
+    reason = "round-off of places over the largest overlap, and the digits of the output"
+
+    def difference(bench: Bench) -> float:
+        path = read_path(case, bench.output(job))
+        reference = read_path(case, bench.reference_output(scene_of(case)))
+        off = np.abs(np.array(path) - np.array(reference)).max(axis=1)
+        return float((off / sizes).max())
+
+    return Check(
+        setup=trial.setup, quantity="path_difference", unit="1", measure=difference, expected=0.0,
+        tolerance=Tolerance(ROUND_OFF + rounding + resolution, reason=reason),
         jobs=(job,),
     )  # fmt: skip
 
 
-def path_check(setup: str, case: Drop, digits: int) -> Check:
-    """Return the check of a whole path, over the sizes of its overlap and its speed."""
-    size = case.diameter / (case.largest_overlap or case.gap)
-    # a step rounds a place by half a unit at most, an output from the edge of a box once
-    rounding = 0.5 * case.steps * EPSILON * size
-    resolution = 20.0 * 10.0 ** (1 - digits) * size
-    reason = "round-off of places over the largest overlap, and the digits of the output"
-    job = CASE.job(case)
-
-    def difference(bench: Bench) -> float:
-        path = read_path(case, bench.output(job))
-        return path_difference(case, path, read_path(case, bench.reference_output(scene_of(case))))
-
-    return Check(
-        setup=setup, quantity="path_difference", unit="1", measure=difference, expected=0.0,
-        tolerance=Tolerance(ROUND_OFF + rounding + resolution, reason=reason), jobs=(job,),
-    )  # fmt: skip
-
-
-def changes(path: Path, digits: int) -> tuple[int, int]:
+def _changes(path: Path, digits: int) -> tuple[int, int]:
     """Return the samples before the velocity changes first and last, as far as digits show."""
     velocity = np.stack([path.vx, path.vy])
     resolution = 10.0 ** (2 - digits) * np.abs(velocity).max()
@@ -437,15 +415,7 @@ def changes(path: Path, digits: int) -> tuple[int, int]:
     return int(changed[0]), int(changed[-1])
 
 
-def _flying(contact: Contact, duration: float, every: int) -> Drop:
+def _flying(contact: Contact, duration: float = 25.0, every: int = 100) -> Drop:
+    """Return a flight to the sphere; a contact ends late, the source's at 15 contact times."""
     case = Drop(contact=contact, speed=SPEED, duration=duration, every=every)
     return case.replace(gap=GAPS * SPEED * case.step)
-
-
-def path_difference(case: Drop, path: Path, expected: Path) -> float:
-    """Return the largest difference of place and velocity, over the largest overlap and speed."""
-    length, speed = case.largest_overlap or case.gap, case.largest_speed
-    time = np.abs(path.time - expected.time).max() / case.step
-    places = np.abs(np.stack([path.x - expected.x, path.y - expected.y])).max() / length
-    speeds = np.abs(np.stack([path.vx - expected.vx, path.vy - expected.vy])).max() / speed
-    return float(np.max([time * EPSILON**0.5, places, speeds]))

@@ -8,7 +8,6 @@ steps; RK4 of this package likewise, and the two laws with one another.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cache, lru_cache, partial
 from importlib.resources import files
 from itertools import product
@@ -140,22 +139,17 @@ class TowerCase(Case[TowerParameters]):
         """Return the quantities by the exact propagator or RK4."""
         if solver not in self.solvers:
             return super().solve(parameters, solver)
-        run = solve(
-            parameters,
-            solver,
-            duration=_duration(parameters),
-            steps_per_contact=parameters.steps_per_contact,
-        )
+        steps, duration = parameters.steps_per_contact, _duration(parameters)
+        run = solve(parameters, solver, duration=duration, steps_per_contact=steps)
         return _quantities(run, parameters)
 
     def cost(self, parameters: TowerParameters) -> float:
         """Return the steps of a run times its particles."""
-        setup = make_setup(parameters, parameters.duration, parameters.steps_per_contact)
-        return float(setup.steps * parameters.particles)
+        return float(_asked_setup(parameters).steps * parameters.particles)
 
     def film_job(self, parameters: TowerParameters, frames: int) -> Job:
         """Return the job of a run with so many samples."""
-        return make_setup(parameters, parameters.duration, parameters.steps_per_contact, frames).job
+        return _asked_setup(parameters, frames).job
 
     def discs(self, parameters: TowerParameters, output: Output) -> Discs:
         """Return the particles of a run, displacements drawn larger."""
@@ -179,6 +173,11 @@ class TowerCase(Case[TowerParameters]):
 
 def _setup(parameters: TowerParameters) -> Setup:
     return make_setup(parameters, _duration(parameters), parameters.steps_per_contact)
+
+
+def _asked_setup(parameters: TowerParameters, samples: int | None = None) -> Setup:
+    """Return the setup of the duration that was asked for, perhaps without the whole window."""
+    return make_setup(parameters, parameters.duration, parameters.steps_per_contact, samples)
 
 
 def _duration(parameters: TowerParameters) -> float:
@@ -248,8 +247,8 @@ def engine_checks(engine: Engine) -> Iterator[Check]:
         if not engine.refuses(first.jobs[0]):
             yield from others
     tall = make_setup(TALL, samples=TALL_SAMPLES)
-    yield replace(
-        _check(tall, "impulse_ratio", first_contact_ratio, TALL_TOWER),
+    yield _check(
+        tall, "impulse_ratio", first_contact_ratio, TALL_TOWER,
         setup=TALL_NAME, expected=endless_ratio, kind=Kind.ANALYTIC,
         note="first contact, over that of a rigid base; a row without end in Bessel functions",
     )  # fmt: skip
@@ -260,23 +259,23 @@ def law_checks(law: Law) -> Iterator[Check]:
     setups = {height: make_setup(Tower(law=law, height=height)) for height in LEVELS}
     for setup in setups.values():
         yield from exact_checks(setup)
-        yield replace(
-            _check(setup, "motion_difference", peak_force, SAME_STEPS), check="equal steps",
+        yield _check(
+            setup, "motion_difference", peak_force, SAME_STEPS, check="equal steps",
             measure=partial(motion_difference, setup), expected=0.0, tolerance=SAME_STEPS,
             note="largest difference of all particles, over the sizes of the columns",
         )  # fmt: skip
-    first = setups[1]
-    for height, window in ((n, window) for n, names in RATIO_WINDOWS.items() for window in names):
-        yield _ratio_check(setups[height], first, partial(impulse, window=window), window)
+    for height, windows in RATIO_WINDOWS.items():
+        for window in windows:
+            yield _ratio_check(setups[height], setups[1], partial(impulse, window=window), window)
 
 
-def exact_checks(setup: Setup) -> Iterator[Check]:
+def exact_checks(setup: Setup, **how: Any) -> Iterator[Check]:
     """Yield the checks of force and impulse of one run against the exact ones."""
     yield _check(
         setup, "force_difference", force_difference, FORCE[setup.tower.law], expected=0.0,
-        note="largest difference from the exact force on the grain, over its peak",
+        note="largest difference from the exact force on the grain, over its peak", **how,
     )  # fmt: skip
-    yield _check(setup, "impulse_Ns", impulse, IMPULSE, unit="N s")
+    yield _check(setup, "impulse_Ns", impulse, IMPULSE, unit="N s", **how)
 
 
 def _ratio_check(setup: Setup, first: Setup, impulse_of: Number, window: Window) -> Check:
@@ -288,17 +287,17 @@ def _ratio_check(setup: Setup, first: Setup, impulse_of: Number, window: Window)
     )  # fmt: skip
 
 
-def _check(setup: Setup, quantity: str, number: Number, tolerance: Tolerance, **how: Any) -> Check:
+def _check(run: Setup, quantity: str, number: Number, width: Tolerance, **how: Any) -> Check:
     """Return the check of a number of a run, expected as of the exact run unless given."""
     return Check(**{
-        "setup": f"{setup.tower.law} law, n = {setup.tower.height}",
+        "setup": f"{run.tower.law} law, n = {run.tower.height}",
         "quantity": quantity,
         "unit": "1",
-        "level": LEVELS.get(setup.tower.height, "default"),
-        "measure": lambda bench: number(run_of(setup, bench)),
-        "expected": lambda _: number(_exact_of(setup)),
-        "tolerance": partial(_of_scheme, setup, tolerance, number),
-        "jobs": [setup.job],
+        "level": LEVELS.get(run.tower.height, "default"),
+        "measure": lambda bench: number(run_of(run, bench)),
+        "expected": lambda _: number(_exact_of(run)),
+        "tolerance": partial(_of_scheme, run, width, number),
+        "jobs": [run.job],
         **how,
     })  # fmt: skip
 
@@ -379,8 +378,7 @@ def endless_ratio(_: Bench) -> float:
 def solver_checks() -> Iterator[Check]:
     """Yield RK4 against the exact propagator, that on a tall tower, and both laws compared."""
     for law, height in product(LAWS, LEVELS):
-        for check in exact_checks(make_setup(Tower(law=law, height=height))):
-            yield replace(check, check="RK4", jobs=())
+        yield from exact_checks(make_setup(Tower(law=law, height=height)), check="RK4", jobs=())
     yield Check(
         setup=TALL_NAME, quantity="impulse_ratio", unit="1", check="exact propagator",
         measure=lambda _: first_contact_ratio(exact_run(TALL, SEARCH, TALL_SAMPLES)),
@@ -392,28 +390,21 @@ def solver_checks() -> Iterator[Check]:
 
 def _law_findings(height: int) -> Iterator[Check]:
     """Yield how far the forces and the critical angles of both laws are from each other."""
-    deformable, overlap = (
-        make_setup(Tower(law=law, height=height)) for law in ("deformable", "overlap")
-    )
-    of_laws = partial(
-        Check, setup=f"deformable against overlap law, n = {height}", kind=Kind.FINDING
-    )
-    yield of_laws(
-        quantity="force_difference",
-        unit="1",
-        measure=lambda _: force_difference(_exact_of(deformable), _exact_of(overlap)),
-        expected=0.0,
+    runs = [make_setup(Tower(law=law, height=height)) for law in ("deformable", "overlap")]
+    setup = f"deformable against overlap law, n = {height}"
+    yield Check(
+        setup=setup, quantity="force_difference", unit="1", kind=Kind.FINDING, expected=0.0,
+        measure=lambda _: force_difference(*map(_exact_of, runs)),
         note="both exact; the laws are one for a single contact",
-    )
+    )  # fmt: skip
     for reading in READINGS:
-        yield of_laws(
-            quantity="critical_angle_deg",
-            unit="deg",
+        yield Check(
+            setup=setup, quantity="critical_angle_deg", unit="deg", kind=Kind.FINDING,
             check=f"velocity {reading}",
             measure=partial(_source_angle, height, "deformable", reading),
             expected=partial(_source_angle, height, "overlap", reading),
             note="turnaround window, k = 1e6 N/m, 2 m/s",
-        )
+        )  # fmt: skip
 
 
 def _source_angle(height: int, law: Law, reading: Reading, _: Bench) -> float:
@@ -455,24 +446,21 @@ def _section() -> Section:
         "The critical angle over the contacts below",
         "k = 1e6 N/m, 2 m/s, exact propagator, turnaround window. Solid: the impulse rescales the "
         "velocity lost; dashed: the velocity run. The band is measured in other work.",
-        lambda: angle_figure(
-            impulse_angles(
-                heights=range(1, TALLEST + 1), stiffnesses=(1e6,), speeds=(2.0,), solver="exact"
-            )
-        ),
-    )
+        lambda: angle_figure(impulse_angles(
+            heights=range(1, TALLEST + 1), stiffnesses=(1e6,), speeds=(2.0,), solver="exact")),
+    )  # fmt: skip
     first = source_angles(1, "overlap")["lost"]
     overlap, deformable = (source_angles(TALLEST, law)["lost"] for law in LAWS)
+    result = (
+        "So θ_c(n) = 2 atan(tan(15 deg) alpha / (4 - alpha)): "
+        f"{first:.2f} deg for one contact, {overlap:.2f} (overlap law) and {deformable:.2f} "
+        f"deg (deformable law) for {TALLEST}. "
+        "Read the other way, as velocity kept, the same alpha makes it rise."
+    )
     opening = Opening(
         title=TITLE,
         sketch=files(__package__).joinpath("sketch.svg").read_text(encoding="utf-8"),
-        steps=(
-            *STEPS,
-            "So θ_c(n) = 2 atan(tan(15 deg) alpha / (4 - alpha)): "
-            f"{first:.2f} deg for one contact, {overlap:.2f} (overlap law) and {deformable:.2f} "
-            f"deg (deformable law) for {TALLEST}. "
-            "Read the other way, as velocity kept, the same alpha makes it rise.",
-        ),
+        steps=(*STEPS, result),
         source="Harper, Dufek and Breard (arXiv:2409.13633)",
         terms=TERMS,
         figure=drawing,

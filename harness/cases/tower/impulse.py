@@ -92,7 +92,7 @@ def impulse_angles(  # noqa: PLR0913 - the options of a user
                 "law": family.law,
                 "window": window,
                 "impulse_ratio": ratio,
-                "critical_angle_deg": angle_from_impulse_ratio(ratio, reading),
+                "critical_angle_deg": angles[reading],
                 **{f"critical_angle_{name}_deg": angle for name, angle in angles.items()},
                 "impulse_Ns": value,
                 "window_s": end,
@@ -139,17 +139,12 @@ def angle_figure(
         for colour, ((k, speed), run) in enumerate(groups, 1):
             for style, reading in zip(STYLES, readings, strict=False):
                 axes.plot(
-                    run["height"],
-                    run[f"critical_angle_{reading}_deg"],
-                    color=COLOURS[colour % len(COLOURS)],
-                    linestyle=style,
-                    marker=".",
+                    run["height"], run[f"critical_angle_{reading}_deg"],
+                    color=COLOURS[colour % len(COLOURS)], linestyle=style, marker=".",
                     label=f"velocity {reading}, k = {power(k)} N/m, {speed:g} m/s",
-                )
-        middle, half = QUASI_STATIC
-        axes.axhspan(
-            middle - half, middle + half, color="0.85", label="quasi-static, Peyneau and Roux 2008"
-        )
+                )  # fmt: skip
+        band = (QUASI_STATIC[0] - QUASI_STATIC[1], QUASI_STATIC[0] + QUASI_STATIC[1])
+        axes.axhspan(*band, color="0.85", label="quasi-static, Peyneau and Roux 2008")
         if measured is not None:
             heights, angles = (measured[name] for name in MEASURED)
             axes.plot(heights, angles, "x", color=BLACK, label="measured")
@@ -200,14 +195,14 @@ class Runner:
 
 def window_end(run: TowerRun, window: Window) -> float:
     """Return when ``window`` ends [s]. Raise RequestError if the run is too short."""
-    if window == "turnaround":
-        touch = touch_time(run)
-        return touch + 2 * (turnaround(run) - touch)
+    if window not in WINDOWS:
+        raise RequestError(f"window = {window!r}: must be one of {', '.join(WINDOWS)}")
     if window == "structure":
         return structure_end(run)
     if window == "first-contact":
         return first_contact_end(run)
-    raise RequestError(f"window = {window!r}: must be one of {', '.join(WINDOWS)}")
+    touch = touch_time(run)
+    return touch + 2 * (turnaround(run) - touch)
 
 
 def touch_time(run: TowerRun) -> float:
@@ -251,9 +246,8 @@ def structure_end(run: TowerRun) -> float:
     other lengths on its way down. Between samples of a solver with a step, the force of the contact
     that opens is drawn on to 0.
     """
-    full = False
+    full, down_to = False, min(1, run.tower.height - 1)
     after = touch_time(run) + run.tower.contact_time * (1 - 1e-9)
-    down_to = min(1, run.tower.height - 1)
     for i, contacts in enumerate(run.contacts):
         if contacts >= run.tower.height:
             full = True
@@ -288,8 +282,9 @@ def _force_vanishes(run: TowerRun, i: int, contact: int = 0) -> float:
 
     The parabola through three rows, a straight line where there are but two.
     """
+    end = float(run.time[i + 1])
     if run.step is None or i == 0:
-        return float(run.time[i + 1])
+        return end
     force = run.forces[:, contact]
     slope, bend = _slope(run.time, force, i), 0.0
     if i > 1:
@@ -299,9 +294,9 @@ def _force_vanishes(run: TowerRun, i: int, contact: int = 0) -> float:
     for _ in range(4):
         steepness = slope + bend * (since + float(run.time[i] - run.time[i - 1]))
         if steepness >= 0:
-            return float(run.time[i + 1])
+            return end
         since = -float(force[i]) / steepness
-    return min(float(run.time[i + 1]), float(run.time[i]) + since)
+    return min(end, float(run.time[i]) + since)
 
 
 def _slope(time: Floats, value: Floats, i: int) -> float:
@@ -399,15 +394,14 @@ def contact_changes(run: TowerRun) -> list[tuple[float, int]]:
     if run.tower.start != "gapped":
         contacts[0] = contacts[min(1, contacts.size - 1)]
     rows = np.flatnonzero(np.diff(contacts, prepend=-1))
-    return [(float(run.time_over_t0[i]), int(contacts[i])) for i in rows]
+    return [*zip(run.time_over_t0[rows].tolist(), contacts[rows].tolist(), strict=True)]
 
 
 def grain_alone(run: TowerRun) -> list[tuple[float, float]]:
     """Return (from, to) [t0] of every stretch in which nothing presses on the grain."""
-    changes = contact_changes(run)
-    ends = [time for time, _ in changes[1:]] + [float(run.time_over_t0[-1])]
-    pairs = zip(changes, ends, strict=True)
-    return [(time, end) for (time, contacts), end in pairs if contacts == 0]
+    changes = [*contact_changes(run), (float(run.time_over_t0[-1]), -1)]
+    pairs = itertools.pairwise(changes)
+    return [(start, end) for (start, contacts), (end, _) in pairs if contacts == 0]
 
 
 def summary(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -44,7 +44,7 @@ MOST_KEPT = 10_000_000  # likewise, that a solver keeps
 MOST_STEPS = 2_000_000_000  # LAMMPS counts to 2^31
 ROUNDING = 4 * float(np.finfo(float).eps)  # overlaps as small, over the position, count as open
 LARGEST_DRAWN = 0.32  # [diameters] the largest compression in a film
-IN_SCRIPTS = ("height", "speed", "gravity", "base", "start", "gap")
+IN_SCRIPTS = ("height", "speed", "gravity", "base", "start", "gap", "law")
 UNITS = {
     "time": "s", "grain_displacement": "m", "grain_velocity": "m/s", "grain_force": "N",
     "contacts": "1", "compression": "m", "compression_rate": "m/s", "kinetic_energy": "J",
@@ -109,21 +109,18 @@ class TowerRun(ChainMotion, Plottable):
         """
         case = self.tower
         diameter = np.array(case.each("diameter"))
-        largest = max(float(self.deformations.max()), 1e-300)
-        factor = LARGEST_DRAWN * float(diameter.min()) / largest
+        factor = LARGEST_DRAWN * float(diameter.min()) / max(float(self.deformations.max()), 1e-300)
         shortened = factor * self.deformations if case.law == "deformable" else 0.0
         touching = np.cumsum(diameter) - (diameter + diameter[0]) / 2
         force = np.pad(self.forces, ((0, 0), (1, 1)))
         x = touching + factor * self.displacements
+        title = f"tower of height {case.height}, {case.law} law, drawn {factor:.3g} times"
         return Discs(
-            title=f"tower of height {case.height}, {case.law} law, drawn {factor:.3g} times",
-            time=self.time,
-            x=x,
-            y=np.zeros_like(x),
+            title, self.time, x, np.zeros_like(x),
             radius=np.broadcast_to(0.5 * (diameter - shortened), x.shape),
             value=np.maximum(force[:, 1:], force[:, :-1]),
             value_label="largest force on a particle (N)",
-        )
+        )  # fmt: skip
 
 
 def tower(
@@ -176,35 +173,31 @@ def solve(
     if samples is None:
         samples = max(1, math.ceil(SAMPLES_PER_T0 * seconds / case.contact_time))
         samples = min(samples, max(100, MOST_KEPT // case.particles))
+    how: dict[str, Any] = {"samples": samples, "progress": progress}
     if solver == "exact":
         if steps_per_contact is not None:
             raise RequestError(
                 f"steps_per_contact = {steps_per_contact}: the exact solver has no step"
             )
-        motion = chain_exact.run(chain, seconds, samples=samples, progress=progress)
+        motion = chain_exact.run(chain, seconds, **how)
     else:
         scheme = SCHEMES[solver]
-        if steps_per_contact is None:
-            steps = max(STEPS[scheme], 2.0 * _fewest_steps(chain, case, scheme))
-        else:
-            steps = _stable_steps(chain, case, scheme, steps_per_contact)
+        steps = _stable_steps(chain, case, scheme, steps_per_contact)
         motion = chain_stepped.run(
-            chain, seconds, case.contact_period / steps, samples=samples, scheme=scheme,
-            progress=progress,
-        )  # fmt: skip
+            chain, seconds, case.contact_period / steps, scheme=scheme, **how
+        )
     return TowerRun(**vars(motion), tower=case, solver=solver)
 
 
-def _fewest_steps(chain: Chain, case: Tower, scheme: Scheme) -> float:
-    """Return the steps in pi sqrt(m/k) from which on a scheme is stable."""
-    return case.contact_period * highest_frequency(chain) / STABILITY[scheme]
-
-
 def _stable_steps(
-    chain: Chain, case: Tower, scheme: Scheme, steps: float, fewest: float = 0.0
+    chain: Chain, case: Tower, scheme: Scheme, steps: float | None, fewest: float = 0.0
 ) -> float:
-    """Return ``steps`` in pi sqrt(m/k); raise RequestError unless they are stable."""
-    fewest = max(fewest, _fewest_steps(chain, case, scheme))
+    """Return steps in pi sqrt(m/k), twice what is stable or more unless given.
+
+    Raise RequestError for steps at which the scheme is unstable.
+    """
+    fewest = max(fewest, case.contact_period * highest_frequency(chain) / STABILITY[scheme])
+    steps = max(STEPS[scheme], 2.0 * fewest) if steps is None else steps
     if not (math.isfinite(steps) and steps > fewest):
         raise RequestError(
             f"steps_per_contact = {steps!r}: must be finite and greater than {fewest:.5g}, where "
@@ -216,21 +209,14 @@ def _stable_steps(
 def chain_of(case: Tower) -> Chain:
     """Return a tower as arrays at its start."""
     mass, stiffness = np.array(case.each("mass")), np.array(case.each("stiffness"))
-    deformable, overlap = case.law == "deformable", np.zeros(case.height)
-    if case.start == "gapped":
-        overlap -= case.gap
-    elif case.start == "preloaded":
+    deformable, overlap = case.law == "deformable", np.full(case.height, -case.gap)
+    if case.start == "preloaded":
         above = case.gravity * (np.cumsum(mass[:-1]) - mass[0])
         overlap = overlaps_of_forces(above, *compliance(stiffness, deformable))
     return make_chain(
-        mass,
-        stiffness,
-        deformable=deformable,
-        gravity=case.gravity,
-        fixed_base=case.base == "fixed",
-        speed=case.speed,
-        overlap=overlap,
-    )
+        mass, stiffness, deformable=deformable, gravity=case.gravity,
+        fixed_base=case.base == "fixed", speed=case.speed, overlap=overlap,
+    )  # fmt: skip
 
 
 # ---- engines: a script with values, or the same tower as a scene
@@ -271,7 +257,6 @@ class Setup:
             "duration": self.duration,
             "steps_per_contact": self.steps_per_contact,
             "series_every": self.every,
-            "law": case.law,
         }
 
     @property
@@ -284,22 +269,19 @@ class Setup:
         sunk = mass * case.gravity / stiffness if case.start == "preloaded" else 0.0
         bodies = tuple(
             Body(
-                radius=0.5 * d,
-                mass=mass,
+                radius=0.5 * d, mass=mass,
                 position=(i * (d + case.gap) - 0.5 * i * (i - 1) * sunk, 0.0, 0.0),
                 velocity=(0.0 if i else case.speed, 0.0, 0.0),
                 motion="frozen" if i == last else "free",
             )
             for i in range(case.particles)
-        )
+        )  # fmt: skip
         return Scene(
-            bodies=bodies,
-            law=Law(normal_stiffness=stiffness, damping="none"),
+            bodies=bodies, law=Law(normal_stiffness=stiffness, damping="none"),
             gravity=(case.gravity, 0.0, 0.0),
             step=math.pi / case.omega / self.steps_per_contact,  # as the script has it
-            steps=self.steps,
-            every=self.every,
-        )
+            steps=self.steps, every=self.every,
+        )  # fmt: skip
 
     @property
     def job(self) -> Job:
@@ -335,14 +317,9 @@ def make_setup(
 
 
 TEMPLATE = Template(
-    name="tower",
-    variants={
-        "": {
-            **make_setup(Tower(height=2, law="overlap")).values,
-            "steps_per_contact": STEPS["velocity_verlet"],
-            "series_every": 4,
-        }
-    },
+    "tower",
+    {"": {**make_setup(Tower(height=2, law="overlap")).values,
+          "steps_per_contact": STEPS["velocity_verlet"], "series_every": 4}},
     allowed={
         "restitution": Allowed(bounds={"minimum": 0, "maximum": 1}),
         "tail": Allowed(words=("attractive", "clipped")),
@@ -351,7 +328,7 @@ TEMPLATE = Template(
         "duration": Allowed(bounds={"exclusiveMinimum": 0}, unit="t0"),
         "series_every": COUNT,
     },
-)
+)  # fmt: skip
 
 
 def run_in(bench: Bench, *setups: Setup) -> list[TowerRun]:
@@ -368,26 +345,23 @@ def read(setup: Setup, output: Output) -> TowerRun:
     parameters, and for a tower in which nothing ever touches; EngineNaNError for values that are
     not finite.
     """
-    case, rows, count = setup.tower, setup.samples + 1, setup.tower.particles
-    output.check_numbers(
-        {
-            **{f"{name}_{unit}": case.each(name)[0] for name, unit in PROPERTIES.items()},
-            "speed_m_per_s": case.speed,
-            "gravity_m_per_s2": case.gravity,
-            "contact_time_s": case.contact_time,
-            "step_s": setup.step,
-            "steps": setup.steps,
-        }
-    )
+    case, shape = setup.tower, (setup.samples + 1, setup.tower.particles)
+    output.check_numbers({
+        **{f"{name}_{unit}": case.each(name)[0] for name, unit in PROPERTIES.items()},
+        "speed_m_per_s": case.speed,
+        "gravity_m_per_s2": case.gravity,
+        "contact_time_s": case.contact_time,
+        "step_s": setup.step,
+        "steps": setup.steps,
+    })  # fmt: skip
     # the base's force, perhaps unknown, is not used: it may be NaN
-    table = output.table(("step", "x_m", "vx_m_per_s"), rows)
+    table = output.table(("step", "x_m", "vx_m_per_s"), shape[0])
     columns = [table[name] for name in ("x_m", "vx_m_per_s", "fx_N") if name in table]
-    if [column.shape for column in columns] != 3 * [(rows, count)]:
+    if [column.shape for column in columns] != 3 * [shape]:
         raise EngineOutputError(
-            f"{output.engine} left places, velocities or forces of another shape than "
-            f"{(rows, count)}"
+            f"{output.engine} left places, velocities or forces of another shape than {shape}"
         )
-    if not np.array_equal(table["step"], setup.every * np.arange(rows)):
+    if not np.array_equal(table["step"], setup.every * np.arange(shape[0])):
         raise EngineOutputError(
             f"{output.engine} left samples at other steps than every {setup.every}"
         )
@@ -400,16 +374,11 @@ def read(setup: Setup, output: Output) -> TowerRun:
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.engine}: no contact of the tower ever presses")
     run = TowerRun(
-        chain=chain_of(case),
-        time=np.asarray(table["step"] * setup.step),
-        displacements=x - case.each("diameter")[0] * np.arange(count),
-        velocities=v,
-        forces=force,
-        step=setup.step,
-        tower=case,
-        solver=output.provenance.engine,
+        chain=chain_of(case), time=np.asarray(table["step"] * setup.step),
+        displacements=x - case.each("diameter")[0] * np.arange(shape[1]), velocities=v,
+        forces=force, step=setup.step, tower=case, solver=output.provenance.engine,
         provenance=output.provenance,
-    )
+    )  # fmt: skip
     final = {"final_velocity_m_per_s": float(run.grain_velocity[-1])}
     output.check_numbers(final, "is what its series has")
     return run
