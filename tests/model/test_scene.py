@@ -57,7 +57,7 @@ def test_refused_walls_and_bodies():
 
 
 @pytest.mark.parametrize("partner", ["wall", "frozen", "held"])
-@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.5, 0.9])
+@pytest.mark.parametrize("ratio", [0.0, 0.5, 0.9])
 def test_steps_beyond_the_largest_are_unstable(partner, ratio):
     """A sphere held down by its weight stays below it, and leaves it above.
 

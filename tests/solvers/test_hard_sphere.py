@@ -1,34 +1,23 @@
 """Rigid spheres by events, against closed forms and limits of other solvers."""
+# ruff: noqa: I001
 
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from harness.errors import RequestError
 from harness.solvers.hard_sphere import (
-    LEAVES,
-    MOVES_ON,
-    SHOCK,
-    TRAPPED,
-    TURNS,
-    WELL,
-    critical_angle,
-    first_moving,
-    flight,
-    follow,
-    passage,
-    slide,
-)
+    LEAVES, MOVES_ON, SHOCK, TRAPPED, TURNS, WELL, critical_angle, first_moving, flight, follow,
+    passage, slide,
+)  # fmt: skip
 from harness.theory import incline as theory
 from harness.theory.chain import SHOCK_WITHOUT_REBOUND
-from harness.theory.incline import passage_margin
 
 
 @given(st.floats(-0.4, 0.4), st.floats(0.01, 1.5), st.floats(0.0, 0.4))
-@settings(max_examples=200, deadline=None)
 def test_a_flight_ends_on_a_sphere_and_passes_through_none(sideways, up, theta):
     x, y = math.sin(0.1), math.cos(0.1)
     vx, vy = sideways + up * x, up * y
@@ -57,23 +46,20 @@ def test_sliding_ends_where_force_or_speed_vanish_or_the_next_sphere_is_met():
 
 def test_without_restitution_it_is_the_closed_form():
     assert critical_angle(0.0) == pytest.approx(theory.critical_angle(), abs=1e-9)
-    assert round(critical_angle(0.0), 4) == 10.2078
     for angle in (9.0, 10.2, 11.0, 14.0):
         fate, margin, hits, slid, _ = passage(angle, 0.0)
-        assert margin == pytest.approx(passage_margin(angle, SHOCK_WITHOUT_REBOUND), abs=1e-14)
+        expected = theory.passage_margin(angle, SHOCK_WITHOUT_REBOUND)
+        assert margin == pytest.approx(expected, abs=1e-14)
         assert fate == (MOVES_ON if margin > 0.0 else TRAPPED)
         assert slid
         assert hits >= 1
     # the limit is smooth: a little restitution costs a little
-    assert critical_angle(1e-3) == pytest.approx(critical_angle(0.0), abs=1e-5)
-
-
-def test_the_clipped_contact_at_critical_damping_tends_to_its_own_restitution():
+    assert critical_angle(1e-3) == pytest.approx(theory.critical_angle(), abs=1e-5)
     # exp(-2) is what clipping leaves of critical damping; LAMMPS and the reference tend to 10.224
     assert critical_angle(math.exp(-2.0)) == pytest.approx(10.224, abs=5e-4)
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.1, 0.3, 0.5])
+@pytest.mark.parametrize("restitution", [0.0, 0.1, 0.5])
 def test_passage_and_steady_motion_give_the_same_angle(restitution):
     speed = 0.48  # [sqrt(g d)] in the well, along the sphere ahead: it takes the grain over a crest
     x, y = math.sin(WELL), math.cos(WELL)

@@ -1,38 +1,28 @@
 """Closed forms that tests hold solvers and scenes against, and that no case needs."""
 
-from __future__ import annotations
-
 import cmath
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-Floats = NDArray[np.float64]
 
-
-def slid_over_sphere(theta: float, energy: float) -> object:
+def slid_over_sphere(theta, energy):
     """Integrate sliding over a sphere from well to well, from an energy in m g d behind its crest.
 
     ``theta`` [rad] is the slope; SciPy's solution holds the angle from the vertical and its rate.
     """
 
-    def slide(_: float, state: Floats) -> list[float]:
-        return [state[1], math.sin(state[0])]
-
-    def next_well(_: float, state: Floats) -> float:
-        return float(state[0] - theta - math.pi / 6)
+    def next_well(_, state):
+        return state[0] - theta - math.pi / 6
 
     next_well.terminal = True
     start = [theta - math.pi / 6, math.sqrt(2 * energy)]
-    return solve_ivp(slide, (0.0, 100.0), start, events=next_well, rtol=1e-11, atol=1e-12)
+    return solve_ivp(lambda _, state: [state[1], math.sin(state[0])], (0.0, 100.0), start,
+                     events=next_well, rtol=1e-11, atol=1e-12)  # fmt: skip
 
 
-def static_overlaps(
-    contacts: int, mass: float, gravity: float, stiffness: float, deformable: bool
-) -> Floats:
+def static_overlaps(contacts, mass, gravity, stiffness, deformable):
     """Return how much closer than touching the centres are at rest (n,) [m].
 
     Overlap law: weight/k. Deformable law: contact i shares its particles with
@@ -42,26 +32,19 @@ def static_overlaps(
     unit = mass * gravity / stiffness
     i = np.arange(1.0, contacts + 1)
     if not deformable or contacts == 1:
-        return np.asarray(i * unit)
+        return i * unit
     overlaps = 2.0 * i * unit
     overlaps[-1] = (3 * contacts - 1) / 2 * unit
     return overlaps
 
 
-def overlap_modes(mobile: int, omega: float) -> Floats:
+def overlap_modes(mobile, omega):
     """Return the angular frequencies of M mobile particles on a fixed base (M,) [rad/s].
 
     Overlap law, all touching: ``2 omega sin((2j-1) pi / (2 (2M+1)))``.
     """
     j = np.arange(1.0, mobile + 1)
-    return np.asarray(2 * omega * np.sin((2 * j - 1) * math.pi / (2 * (2 * mobile + 1))))
-
-
-def velocities_after(mass: tuple[float, float], speed: float) -> tuple[float, float]:
-    """Return the velocities after a free elastic collision with a sphere at rest [m/s]."""
-    first, second = mass
-    total = first + second
-    return (first - second) / total * speed, 2 * first / total * speed
+    return 2 * omega * np.sin((2 * j - 1) * math.pi / (2 * (2 * mobile + 1)))
 
 
 # ---- the head-on impact with Hertz's spring and a viscous dashpot, integrated
@@ -77,71 +60,44 @@ def velocities_after(mass: tuple[float, float], speed: float) -> tuple[float, fl
 # vanishes, hence e = (6/5)^(2/3) a^(-5/3). Unclipped it creeps, x' = -x/a, until its damping ratio
 # (about a x^(1/4)) is no longer large, at x of order a^-4: e falls as a^-5.
 
-TOLERANCE = 1e-11
 
+def hertz_restitution(damping, *, clipped):
+    """Return the restitution for a = A v / overlap.
 
-class Impact(NamedTuple):
-    """Restitution [-] and duration [overlap / speed] of a head-on impact."""
-
-    restitution: float
-    duration: float
-
-
-def impact(damping: float, *, clipped: bool) -> Impact:
-    """Return the impact for a = A v / overlap; it ends where the force does, or where x = 0.
-
-    Clipped: the end of the force, x + a x' = 0.
+    The impact ends where x = 0, clipped where the force does, x + a x' = 0.
     """
 
-    def rates(_: float, state: NDArray[np.float64]) -> tuple[float, float]:
-        x = max(float(state[0]), 0.0)
-        return float(state[1]), -1.25 * math.sqrt(x) * (x + damping * float(state[1]))
+    def rates(_, state):
+        x = max(state[0], 0.0)
+        return state[1], -1.25 * math.sqrt(x) * (x + damping * state[1])
 
-    def end(time: float, state: NDArray[np.float64]) -> float:
-        x, v = float(state[0]), float(state[1])
+    def end(time, state):
         if time == 0.0:
             return 1.0
-        return x + damping * v if clipped else x
+        return state[0] + damping * state[1] if clipped else state[0]
 
     end.terminal = True
     end.direction = -1
     longest = 100.0 + 10.0 * damping * (1.0 + math.log1p(damping))
     solution = solve_ivp(
-        rates,
-        (0.0, longest),
-        (0.0, 1.0),
-        method="DOP853",
-        rtol=TOLERANCE,
-        atol=1e-3 * TOLERANCE / (1.0 + damping) ** 5,
-        max_step=0.1 * (1.0 + damping),
-        events=end,
-    )
-    return Impact(-float(solution.y[1, -1]), float(solution.t[-1]))
+        rates, (0.0, longest), (0.0, 1.0), "DOP853", rtol=1e-11, events=end,
+        atol=1e-14 / (1.0 + damping) ** 5, max_step=0.1 * (1.0 + damping),
+    )  # fmt: skip
+    return -solution.y[1, -1]
 
 
-def relaxation(damping_coefficient: float, mass: float, radius: float, coefficient: float) -> float:
-    """Return A [s] of a dashpot eta_n = eta_0 m* a, a^2 = R* overlap: eta_0 m* sqrt(R*) / K.
-
-    ``impact`` takes A v / overlap and returns the restitution.
-    """
+def relaxation(damping_coefficient, mass, radius, coefficient):
+    """Return A [s] of a dashpot eta_n = eta_0 m* a, a^2 = R* overlap: eta_0 m* sqrt(R*) / K."""
     return damping_coefficient * mass * math.sqrt(radius) / coefficient
 
 
-# ---- the oblique impact of spheres with friction: where it slides, where it sticks
+# ---- the oblique impact of spheres that stick
 #
-# u is the tangential velocity at the contact, v the normal speed; a tangential impulse J changes u
-# by 7/2 J / m* of solid spheres, of any two masses and of a sphere on a wall alike.
+# u is the tangential velocity at the contact; a tangential impulse J changes u by 7/2 J / m* of
+# solid spheres, of any two masses and of a sphere on a wall alike.
 
 
-def sliding_impulse(friction: float, restitution: float, speed: float) -> float:
-    """Return the tangential impulse over m* [m/s] of an impact that slides: mu (1 + e) v.
-
-    A sphere on a wall loses that much tangential velocity, and 5/2 of it is its change of r omega.
-    """
-    return friction * (1.0 + restitution) * speed
-
-
-def held(stiffness: float, dashpot: float, duration: float) -> float:
+def held(stiffness, dashpot, duration):
     """Return the tangential velocity at a contact that sticks throughout, after over before.
 
     ``stiffness`` 7/2 k_t / m* [1/s2] of the spring and ``dashpot`` 7/2 eta_t / m* [1/s], either of

@@ -26,11 +26,6 @@ def matrix(diagonal, coupling):
     return np.diag(diagonal) + np.diag(coupling[:-1], 1) + np.diag(coupling[:-1], -1)
 
 
-def rounding(x):
-    """Return a few eps of the positions times the norm of T^-1."""
-    return 4 * EPS * x[-1] / (2 * np.sin(np.pi / (2 * x.size)) ** 2)
-
-
 def by_enumeration(overlap, law):
     """Try all contact sets: slow, and beyond doubt."""
     n = overlap.size
@@ -43,12 +38,13 @@ def by_enumeration(overlap, law):
     raise AssertionError("no contact set")
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60)
 @given(overlaps)
 def test_both_agree_on_awkward_configurations_which_fulfil_the_conditions(overlap):
     x = centres(overlap)
     force = contact_forces(x, 1.0, 1.0)
-    assert chain.compressions_by_sweeps(x, 1.0) == pytest.approx(force, abs=rounding(x))
+    rounding = 4 * EPS * x[-1] / (2 * np.sin(np.pi / (2 * x.size)) ** 2)  # of x, times |T^-1|
+    assert chain.compressions_by_sweeps(x, 1.0) == pytest.approx(force, abs=rounding)
     gap = matrix(np.ones(overlap.size), np.full(overlap.size, 0.5)) @ force - overlap
     assert force.min() >= 0.0
     assert gap.min() >= -1e-13
@@ -57,16 +53,7 @@ def test_both_agree_on_awkward_configurations_which_fulfil_the_conditions(overla
         assert force[np.argmax(overlap)] > 0.0
 
 
-def test_merging_by_what_overlaps_now_would_be_wrong():
-    """After contact 3, contact 2 seems closed (0.6 > 1/2), then 1; but 1 and 3 push 2 open."""
-    d = np.array([0.9, 0.6, 1.0]) / 10
-    together = np.linalg.solve(matrix(np.ones(3), np.full(3, 0.5)), d)
-    assert together[1] < 0.0
-    for solver in (chain.compressions_by_sweeps, lambda x, d: contact_forces(x, d, 1.0)):
-        assert solver(centres(d), 1.0) == pytest.approx([0.09, 0, 0.1], abs=1e-15)
-
-
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 8))
 def test_against_enumeration_with_unequal_particles_from_any_warm_start(seed, n):
     rng = np.random.default_rng(seed)
@@ -82,7 +69,7 @@ def test_against_enumeration_with_unequal_particles_from_any_warm_start(seed, n)
         assert (closed == (expected > 1e-12)).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 25))
 def test_exchanging_one_by_one_finds_the_same_set(seed, n):
     rng = np.random.default_rng(seed)
@@ -98,39 +85,8 @@ def test_exchanging_one_by_one_finds_the_same_set(seed, n):
     assert np.maximum(force, 0.0) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("n", [2, 3, 4, 5, 8])
-def test_the_boundary_formula(n):
-    c = np.random.default_rng(n).uniform(0.01, 0.1, n - 1)
-    half = 0.5 - np.convolve(c, [1, 1]) / 2
-    x = np.concatenate(([0], np.cumsum(half[1:] + half[:-1])))
-    assert chain.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
-    assert chain.boundaries(x, 0.5)[1:] - x == pytest.approx(half, abs=1e-13)
-    assert chain.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
-
-
-def test_the_overlap_law_and_unequal_pairs_in_closed_form():
-    d = np.random.default_rng(3).normal(size=30) * 0.1
-    force = forces_of_overlaps(d, *compliance(np.full(31, 5.0), False))
-    assert force == pytest.approx(5 * np.maximum(d, 0.0), abs=1e-13)
-    pair = contact_forces([0.0, 1.4], [1.0, 2.0], [3.0, 6.0])
-    assert pair == pytest.approx([0.1 * 2 * 3 * 6 / 9])
-
-
-def test_a_hundred_thousand_contacts_at_once():
-    d = np.random.default_rng(5).normal(0.05, 0.1, 100_000)
-    force = forces_of_overlaps(d, *compliance(np.ones(d.size + 1), True))
-    gap = force - d
-    gap[1:] += 0.5 * force[:-1]
-    gap[:-1] += 0.5 * force[1:]
-    assert force.min() >= 0.0
-    assert gap.min() > -1e-12
-    assert np.abs(force * gap).max() < 1e-12
-
-
-@pytest.mark.parametrize(
-    "solver", [chain.compressions_by_sweeps, lambda x, d: contact_forces(x, d, 1.0)]
-)
 @pytest.mark.parametrize("positions", [[0.0, 1.0, 0.5], [0.0, 0.3], [0.0, np.nan]])
-def test_bad_positions(solver, positions):
-    with pytest.raises(RequestError, match="at least half"):
-        solver(positions, 1.0)
+def test_bad_positions(positions):
+    for solver in (chain.compressions_by_sweeps, lambda x, d: contact_forces(x, d, 1.0)):
+        with pytest.raises(RequestError, match="at least half"):
+            solver(positions, 1.0)

@@ -92,9 +92,8 @@ LEADS = ((50, (0.0, 0.0, -0.1), STILL), (50, (0.02, -0.06, 0.0), (6.0, 0.0, 1.5)
 
 def difference(motion, other):
     """Return the largest difference of two motions, over the sizes that quantities have."""
-    r, off = R, np.abs(motion.position - other.position).max() / R
-    for first, second in (("velocity", "angular_velocity"), ("force", "torque")):
-        lever = r if first == "velocity" else 1.0 / r
+    off = np.abs(motion.position - other.position).max() / R
+    for first, second, lever in (("velocity", "angular_velocity", R), ("force", "torque", 1 / R)):
         size = max(
             np.abs(getattr(motion, first)).max(), lever * np.abs(getattr(motion, second)).max()
         )
@@ -115,33 +114,18 @@ def final(scene, *conventions):
 SEATED = math.sqrt(0.75)  # [d] of a grain that touches two spheres of a row, above it
 
 
-def on_row(
-    stiffness=1e6,
-    *,
-    angle=10.2,
-    ratio=5.0,
-    clipped=True,
-    per_contact=50.0,
-    speed=1.5,
-    wells=0,
-    motion="frozen",
-    friction=None,
-    floor=-1e9,
-    step=None,
-    **more,
-):
+def on_row(stiffness=1e6, *, angle=10.2, ratio=5.0, clipped=True, per_contact=50.0, speed=1.5,
+           wells=0, motion="frozen", step=None, **more):  # fmt: skip
     """Return a grain (1 m, 1 kg) in a well of an endless row of ten, along the sphere ahead.
 
     With ``wells`` there is a stage for each, up to above the centre of the sphere ahead.
     """
     law, tilt = Law.linear(stiffness, ratio, clipped), math.radians(angle)
-    if friction is not None:
-        law = law.replace(tangential="linear_history", friction=friction, tangential_damping=0.3)
     grain = Body(radius=0.5, mass=1.0, position=(0.5, SEATED, 0.0),
                  velocity=(speed * SEATED, 0.5 * speed, 0.0))  # fmt: skip
     row = [Body(radius=0.5, mass=1.0, position=(float(k), 0.0, 0.0), motion=motion)
            for k in range(10)]  # fmt: skip
-    stages = tuple(Stage(place=k + 1.0, floor=floor) for k in range(wells))
+    stages = tuple(Stage(place=k + 1.0, floor=-1e9) for k in range(wells))
     step = step or math.pi / math.sqrt(stiffness) / per_contact
     return Scene(bodies=(grain, *row), law=law, stages=stages, period=(10.0, None, None), step=step,
                  gravity=(G * math.sin(tilt), -G * math.cos(tilt), 0.0),

@@ -1,4 +1,4 @@
-"""Each convention and each known defect in a scene that it moves, by how much at least."""
+"""Each convention, each known defect and other coefficients in a scene that they move."""
 # ruff: noqa: I001
 
 import math
@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from harness.model.conventions import Faults, Rules
+from harness.model.law import COEFFICIENTS
 from harness.model.scene import Scene, Segment, Stage, Wall, sphere
 from harness.solvers import reference
+from tests.cases.contacts.common import CASES
 from tests.solvers.reference.scenes import (
     DAMPED, DMT, HERTZ, HOOKE, JKR, LEADS, LINEAR, MASS, MDR, MINDLIN, R, RHO, ROLLS, STILL, TORQUE,
     TWISTS, VISCOUS, YIELDS, difference, guided, impact,
@@ -83,24 +85,20 @@ def pressed(law, depth, steps=2000, back=0.5):
 
 def squeezed(law, depth, steps=4000):
     """Return a sphere that two plates press flat, one to a depth [m], the other less deep."""
-    speed = depth / steps / 1e-6
-    walls = (
-        Wall(velocity=(0.0, 0.0, speed)),
-        Wall(
-            point=(0.0, 0.0, 2 * R), direction=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -0.8 * speed)
-        ),
-    )
+    speed, top = depth / steps / 1e-6, (0.0, 0.0, 2 * R)
+    walls = (Wall(velocity=(0.0, 0.0, speed)),
+             Wall(point=top, direction=DOWN, velocity=(0.0, 0.0, -0.8 * speed)))  # fmt: skip
     still = Segment(steps=steps, velocities=(STILL,), angular_velocities=(STILL,))
     return Scene(bodies=(sphere(R, RHO, position=(0.0, 0.0, R)),), walls=walls, law=law, step=1e-6,
                  steps=steps, every=50, segments=(still,))  # fmt: skip
 
 
-def taken_along(**wall):
+def taken_along():
     """Return a sphere on a wall that moves, with a second setup on the way."""
     body = sphere(R, RHO, position=(0.04 + 1e-6, 0.0, 0.0))
-    kind = {"shape": "cylinder", "radius": 0.05, "hollow": True, "spin": (0.0, 0.0, 2.0)}
-    return Scene(bodies=(body,), walls=(Wall(**{**kind, **wall}),), law=LINEAR, step=1e-6,
-                 steps=200, every=20, setups=(100,))  # fmt: skip
+    drum = Wall(shape="cylinder", radius=0.05, hollow=True, spin=(0.0, 0.0, 2.0))
+    return Scene(bodies=(body,), walls=(drum,), law=LINEAR, step=1e-6, steps=200, every=20,
+                 setups=(100,))  # fmt: skip
 
 
 RULES = {  # field: (value, scene of a factor of steps, least difference, one limit of small steps)
@@ -152,7 +150,6 @@ RULES = {  # field: (value, scene of a factor of steps, least difference, one li
     "mdr_growth": [("whole", lambda _: squeezed(YIELDS, 0.8 * R), 1e-4, False)],
     "mdr_growth_steps": [(1.0, lambda _: pressed(YIELDS, 0.05 * R), 1e-6, True)],
 }
-RULE_CASES = [(name, *case) for name, cases in RULES.items() for case in cases]
 
 
 def moved(scene, field, value):
@@ -166,19 +163,15 @@ def test_every_convention_has_a_case():
     assert set(RULES) == set(Rules.model_fields)
 
 
-@pytest.mark.parametrize(("field", "value", "scene", "least", "one_limit"), RULE_CASES)
-def test_convention(field, value, scene, least, one_limit):
-    far = moved(scene(1), field, value)
-    assert far >= least
-    if one_limit and field != "mdr_growth_steps":
-        assert moved(scene(4), field, value) < 0.4 * far
-
-
-def test_convention_without_a_part_that_it_concerns():
-    plain = slanted(HERTZ)
-    for field in ("damping_in_cap", "rescaled_from", "wall_spin", "frozen_mass"):
-        value = RULES[field][0][0]
-        assert moved(plain, field, value) == 0.0
+@pytest.mark.parametrize("field", RULES)
+def test_convention(field):
+    for value, scene, least, one_limit in RULES[field]:
+        far = moved(scene(1), field, value)
+        assert far >= least
+        if one_limit and field != "mdr_growth_steps":
+            assert moved(scene(4), field, value) < 0.4 * far
+    if field in ("damping_in_cap", "rescaled_from", "wall_spin", "frozen_mass"):
+        assert moved(slanted(HERTZ), field, value) == 0.0  # which has no part that it concerns
 
 
 def test_linear_dashpot_of_a_restitution_acts_where_bodies_just_touch():
@@ -190,24 +183,20 @@ def test_linear_dashpot_of_a_restitution_acts_where_bodies_just_touch():
 FAULTS = {  # field: (value, scene, least difference)
     "tsuji_effective_mass": (True, lambda: impact(TSUJI, DOWN), 1e-2),
     "marshall_without_radius": (
-        True, lambda: led(MINDLIN.replace(twisting="marshall"), partner="wall"), 1e-3,
-    ),
+        True, lambda: led(MINDLIN.replace(twisting="marshall"), partner="wall"), 1e-3),
     "twisting_limit_by_rate": (
-        True, lambda: led(TORSION.replace(twisting_damping=0.0), partner="wall"), 1e-4,
-    ),
+        True, lambda: led(TORSION.replace(twisting_damping=0.0), partner="wall"), 1e-4),
     "tangential_radius": ("walls", lambda: slanted(CLASSIC), 1e-2),
     "cap_without_radius": ("all", lambda: slanted(MINDLIN.replace(friction=0.1)), 1e-3),
     "shear_factor": (1.1, lambda: slanted(MINDLIN, partner="sphere"), 1e-3),
     "wall_modulus_factor": (1.3, lambda: slanted(MINDLIN), 1e-2),
     "wall_shear_factor": (1.3, lambda: slanted(MINDLIN), 1e-3),
     "dmt_limit_without_pull_off": (
-        True, lambda: led(DMT.replace(tangential="mindlin", friction=0.05)), 1e-3,
-    ),
+        True, lambda: led(DMT.replace(tangential="mindlin", friction=0.05)), 1e-3),
     "longest_neck": (0.0, lambda: pressed(JKR, 1e-6, back=2.0), 1e-2),
     "torsion_reversed_at": ((100,), lambda: led(TORSION), 1e-4),
     "springs_lost_in_setup": (
-        True, lambda: slanted(MINDLIN, partner="sphere").replace(setups=(60,)), 1e-3,
-    ),
+        True, lambda: slanted(MINDLIN, partner="sphere").replace(setups=(60,)), 1e-3),
     "wall_at_rest_in_setup": (True, taken_along, 1e-5),
     "rolling_by_rate": (True, lambda: slanted(LINEAR.replace(**TORQUE)), 1e-2),
     "forgets_setup": (True, lambda: rolled(1), 1e-5),
@@ -217,8 +206,7 @@ FAULTS = {  # field: (value, scene, least difference)
     "small_angle_quaternion": (True, lambda: rolled(20), 1e-9),
     "discs_turn_as_spheres": (True, disc, 1e-2),
     "mdr_damping_interchanged": (
-        True, lambda: pressed(MDR.replace(damping="mdr", damping_coefficient=0.2), 1e-5), 1e-3,
-    ),
+        True, lambda: pressed(MDR.replace(damping="mdr", damping_coefficient=0.2), 1e-5), 1e-3),
     "mdr_sticking_share": (0.99, lambda: pressed(ADHERES, 1e-6, back=2.0), 1e-3),
     "mdr_newton_error": (1e-8, lambda: pressed(ADHERES, 1e-6, back=2.0), 1e-7),
     "mdr_parts_at_zero": (True, lambda: pressed(ADHERES, 1e-6, back=2.0), 1e-3),
@@ -229,22 +217,19 @@ def test_every_known_defect_has_a_case():
     assert set(FAULTS) == set(Faults.model_fields)
 
 
+NEEDS = {"small_angle_quaternion": {"slip_step": "turned_arms"},
+         "forgets_setup": {"torsion_frame": "room"}}  # fmt: skip
+
+
 @pytest.mark.parametrize("field", FAULTS)
 def test_known_defect(field):
     value, scene, least = FAULTS[field]
-    needs = {
-        "small_angle_quaternion": {"slip_step": "turned_arms"},
-        "forgets_setup": {"torsion_frame": "room"},
-    }
-    rules = Rules(**needs.get(field, {}))
+    rules = Rules(**NEEDS.get(field, {}))
     plain = reference.run(scene(), rules)
     assert difference(plain, reference.run(scene(), rules, Faults(**{field: value}))) >= least
-
-
-@pytest.mark.parametrize("field", ["tangential_radius", "cap_without_radius"])
-def test_known_defect_of_walls_leaves_pairs(field):
-    faults, scene = Faults(**{field: "walls"}), slanted(CLASSIC, partner="sphere")
-    assert difference(reference.run(scene), reference.run(scene, None, faults)) == 0.0
+    if field in ("tangential_radius", "cap_without_radius"):  # of walls alone it leaves pairs
+        pair, faults = slanted(CLASSIC, partner="sphere"), Faults(**{field: "walls"})
+        assert difference(reference.run(pair), reference.run(pair, None, faults)) == 0.0
 
 
 def test_short_neck_of_jkr_has_eight_ninths_of_the_tension():
@@ -258,3 +243,45 @@ def test_setup_of_an_elastic_contact_changes_nothing():
     scene = impact(MDR.replace(bulk_share=1.0), (0.0, 0.0, -0.9), 100, partner="sphere")
     again = reference.run(scene.replace(setups=(scene.steps // 4,)))
     assert np.array_equal(again.velocity, reference.run(scene).velocity)
+
+
+# ---- coefficients that no contact case has: off by 1e-6 they move a scene
+
+
+SHALLOW = 4 * R - 5.1e-4  # psi of an elastic side at the depth d is (4 R - 2 d) / (4 R - d)
+SHARE = (SHALLOW - 5.1e-4) / SHALLOW * (1.0 - 5e-7)
+
+
+def confined(law):
+    """Return a sphere on its way into the floor, which it leaves dented."""
+    return guided(law, (1000, (0.0, 0.0, -1.0), STILL), (200, (0.0, 0.0, 1.0), STILL), every=20)
+
+
+SCENES = [
+    ("normal_modulus", slanted(HERTZ.replace(normal_modulus=1e8))),
+    ("tangential_modulus", slanted(MINDLIN.replace(tangential_modulus=3e8))),
+    ("bulk_share", confined(MDR.replace(bulk_share=SHARE))),
+    *((name, confined(YIELDS.replace(bulk_share=0.3)))
+      for name in ("yield_stress", "youngs_modulus", "poisson_ratio")),
+]  # fmt: skip
+
+
+def test_every_coefficient_is_tested_here_or_in_a_contact_case():
+    laws = [trial.parameters.stated_law for case in CASES for trial in case.trials]
+    in_cases = {name for name in COEFFICIENTS for law in laws if getattr(law, name)}
+    assert in_cases | {name for name, _ in SCENES} == COEFFICIENTS
+
+
+@pytest.mark.parametrize(("name", "scene"), SCENES)
+def test_coefficient(name, scene):
+    off = scene.law.replace(**{name: getattr(scene.law, name) * (1.0 + 1e-6)})
+    assert difference(reference.run(scene), reference.run(scene.replace(law=off))) > 1e-9
+
+
+def test_inertia_and_position():
+    scene = slanted(MINDLIN)
+    (body,), (x, y, z) = scene.bodies, scene.bodies[0].position
+    for change in ({"inertia": body.moment_of_inertia * (1.0 + 1e-6)},
+                   {"position": (x, y, z * (1.0 + 1e-6))}):  # fmt: skip
+        off = scene.replace(bodies=(body.replace(**change),))
+        assert difference(reference.run(scene), reference.run(off)) > 1e-10

@@ -1,4 +1,4 @@
-"""The schemes beside velocity Verlet, against recorded runs of MFiX, and orders of convergence."""
+"""Schemes against recorded runs of MFiX, their orders; stages that end a run; runs in pieces."""
 
 import math
 from pathlib import Path
@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.errors import EngineNaNError
 from harness.model.conventions import Rules
 from harness.model.law import Law, damping_ratio
-from harness.model.scene import Body, Scene, Stage, Wall
+from harness.model.scene import LOOK, Body, Scene, Stage, Wall
 from harness.solvers import reference
-from tests.solvers.reference.scenes import DAMPED, HOOKE, MASS, G, R, impact, on_row
+from tests.solvers.reference.scenes import DAMPED, HOOKE, MASS, G, R, climbing, impact, on_row
 
 RECORDED = Path(__file__).parent / "recorded"
 MFIX = Rules(scheme="mfix_euler", frozen_mass="own", least_overlap=1e-15)
@@ -81,19 +82,6 @@ def test_recorded_critical_angle(row):
     assert lasts(stiffness, factor, angle + 3e-3, 20)
 
 
-@pytest.mark.parametrize(
-    ("stiffness", "factor"), [JITTERED[0], pytest.param(*JITTERED[1], marks=pytest.mark.slow)]
-)
-def test_recorded_critical_angle_lies_between_fates_of_short_and_long_runs(stiffness, factor):
-    table = recorded("critical_angles_euler.csv")
-    same = (table["stiffness_N_per_m"] == stiffness) & (table["dtsolid_factor"] == factor)
-    angle = float(table["critical_angle_deg"][same][0])
-    near = [float(a) for a in angle + np.arange(-0.03, 0.03, 6e-4)]
-    assert near[0] < next(a for a in near if lasts(stiffness, factor, a, 20)) < angle
-    longest = next(a for a in reversed(near) if not lasts(stiffness, factor, a, 150))
-    assert angle < longest < near[-1]
-
-
 def test_recorded_drop_by_adams_and_bashforth():
     """In single precision: e = 0.5 by m/2, 100 steps of a contact, a held sphere."""
     table = recorded("drop_adams_bashforth.csv")
@@ -115,14 +103,11 @@ def test_recorded_drop_by_adams_and_bashforth():
 @pytest.mark.parametrize("height", [2, 3, 5, 10])
 def test_recorded_tower(height, factor, every):
     table = recorded(f"tower_k1e5_euler_f{factor}.csv")
-    bodies = [
-        Body(radius=0.5, mass=1.0, position=(float(k), 0.0, 0.0),
-             velocity=(2.0 if k == 0 else 0.0, 0.0, 0.0),
-             motion="frozen" if k == height - 1 else "free")
-        for k in range(height)
-    ]  # fmt: skip
+    row = [Body(radius=0.5, mass=1.0, position=(float(k), 0.0, 0.0)) for k in range(height)]
+    first, *others, last = row
+    bodies = (first.replace(velocity=(2.0, 0.0, 0.0)), *others, last.replace(motion="frozen"))
     scene = Scene(
-        bodies=tuple(bodies), law=HOOKE.replace(normal_stiffness=1e5), gravity=(G, 0.0, 0.0),
+        bodies=bodies, law=HOOKE.replace(normal_stiffness=1e5), gravity=(G, 0.0, 0.0),
         step=step_of(1e5, 0.0, factor), steps=(len(table) - 1) * every, every=every,
         pairs=tuple((k, k + 1) for k in range(height - 1)),
     )  # fmt: skip
@@ -156,3 +141,51 @@ def test_forces_are_set_up_anew_where_a_run_begins_again():
     scene = impact(HOOKE.replace(**DAMPED), (0.0, 0.0, -1.0))
     whole, anew = reference.run(scene), reference.run(scene.replace(setups=(50,)))
     assert 0.0 < np.abs(anew.velocity - whole.velocity).max() < 1e-3
+
+
+# ---- stages
+
+
+def test_stages_end_at_looks():
+    motion = reference.run(climbing((0.1, 0.0), (0.15, 0.0)))
+    steps, times, x, _, vx, _, spin = motion.stages.T
+    assert steps.tolist() == [0, 150, 200]  # 0.1 m is passed at step 143, 0.15 m at 187
+    assert times == pytest.approx(steps * 1e-3)
+    assert x == pytest.approx(times - 1.05 * times**2, abs=1e-12)
+    assert vx == pytest.approx(1.0 - 2.1 * times)
+    assert (spin == 3.0).all()
+    assert len(motion) == 21
+
+
+@pytest.mark.parametrize(("floor", "last"), [(0.9, 1000), (1.1, 500)])
+def test_body_that_moves_back_below_the_floor_ends_the_run(floor, last):
+    """Its energy is 1 J: at the first look behind the turn it is below one floor, not the other."""
+    motion = reference.run(climbing((10.0, floor)))
+    assert motion.stages[:, 0].tolist() == [0, last]
+    assert last % LOOK == 0
+
+
+def test_last_look_is_at_the_last_step():
+    motion = reference.run(climbing((10.0, 0.0), steps=333))
+    assert motion.stages[-1, 0] == 333
+    assert len(motion) == 34
+
+
+def test_overflow_is_an_error():
+    scene = climbing((1e300, 0.0)).replace(step=1e10, gravity=(1e300, 0.0, 0.0))
+    for each in (scene, scene.replace(stages=())):
+        with pytest.raises(EngineNaNError, match="finite"):
+            reference.run(each)
+
+
+def test_simulation_in_pieces_is_the_same():
+    scene = on_row(wells=3, steps=80_000, every=7)
+    whole = reference.run(scene)
+    parts = reference.Simulation(scene)
+    while not parts.over:
+        parts.advance(777)
+    motion = parts.motion()
+    assert np.array_equal(motion.stages, whole.stages)
+    assert np.array_equal(motion.position, whole.position)
+    assert motion.stages[-1, 2] > 3.0
+    assert len(motion) == int(motion.stages[-1, 0]) // 7 + 1
