@@ -1,4 +1,5 @@
 """A run with rows of every verdict, and sections of a case that is made up."""
+# ruff: noqa: I001
 
 from dataclasses import replace
 
@@ -6,20 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from harness.report import figures
 from harness.report.content import Drawing, Opening, Section, Table
-from harness.report.figures import axis, label, panels
 from harness.results.rows import (
-    Failure,
-    Kind,
-    Row,
-    Tolerance,
-    Verdict,
-    failed,
-    finding,
-    judge,
-    not_tested,
-    table,
-)
+    Failure, Kind, Row, Tolerance, Verdict, failed, finding, judge, not_tested, table,
+)  # fmt: skip
 from harness.store.runs import Meta, Run
 
 HOSTILE = "<script>alert(1)</script> ![x](http://h/x.png) | `a` \x1b[31mred\x07 @you"
@@ -54,10 +46,12 @@ def rows():
 
 
 def convergence():
-    figure = panels(1, 1)
+    figure = figures.panels(1, 1)
     steps = np.logspace(-5, -2, 7)
-    figure.axes[0].loglog(steps, steps, "o-")
-    label(figure.axes[0], axis("time step", "s"), axis("error", "deg"))
+    figure.axes[0].loglog(steps, steps, figures.MARKERS[0], label="LAMMPS")
+    figures.label(figure.axes[0], figures.axis("time step", "s"), figures.axis("error", "deg"))
+    figures.legend_below(figure)
+    figure.text(0.5, 0.5, "theory: 10.20782 deg, 7.0 to 0.00012")
     return figure
 
 
@@ -68,16 +62,10 @@ def broken():
 @pytest.fixture(scope="session")
 def run():
     frame = table(rows())
-    accepted = frame.assign(value=frame["value"] * [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5])
-    meta = Meta(
-        level="quick",
-        cases=("slope",),
-        engines={"toy": "1", "other": "2"},
-        started="2030-01-01T00:00:00+00:00",
-        seconds=1.5,
-        platform="a test",
-        harness_version="0",
-    )
+    accepted = frame.assign(value=frame["value"] * ([1.0] * 8 + [0.5]))
+    meta = Meta(level="quick", cases=("slope",), engines={"toy": "1", "other": "2"}, seconds=1.5,
+                started="2030-01-01T00:00:00+00:00", platform="a test",
+                harness_version="0")  # fmt: skip
     scripts, logs = {"slope.in": "run 0\n"}, {"slope.in": "Total wall time: 0:00:01\n"}
     return Run(frame, meta, scripts=scripts, logs=logs).against(accepted)
 

