@@ -56,12 +56,19 @@ class Twin(Reference):
             return error
 
 
+ARRAYS = ("position", "velocity", "angular_velocity", "force", "torque")
+
+
 def single(_, motion):
     """Return a motion in single precision: seven digits."""
-    parts = ("position", "velocity", "angular_velocity", "force", "torque", "stages")
-    arrays = {name: getattr(motion, name) for name in parts}
+    arrays = {name: getattr(motion, name) for name in (*ARRAYS, "stages")}
     return replace(motion, **{name: array if array is None else np.float64(np.float32(array))
                               for name, array in arrays.items()})  # fmt: skip
+
+
+def lost(_, motion):
+    """Return a motion without its last sample."""
+    return replace(motion, **{name: getattr(motion, name)[:-1] for name in ("time", *ARRAYS)})
 
 
 class FewDigits(Twin):

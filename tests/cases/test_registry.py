@@ -1,27 +1,32 @@
-"""The registry: names without imports, groups, and plug-ins with one line for each fault."""
+"""The registry, plug-ins with one line for each fault, and digests of the input of a bench."""
 
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
+from itertools import compress
+from types import SimpleNamespace
 
 import pytest
 
 from harness.cases import registry
+from harness.cases.bench import Bench
+from harness.cases.registry import usable_cases
+from harness.engines.base import scene_job
+from harness.engines.registry import open_engine
 from harness.errors import RequestError
+from harness.results.compare import differ
+from harness.results.rows import KEY
+from harness.store.committed import accepted_rows
+from tests.cases.test_defects import SLIDING, Code
 from tests.workflows import doubles
 from tests.workflows.conftest import registered  # noqa: F401
 
 HERE = "tests.workflows.doubles"
 
 
-class Distribution:
-    def __init__(self, name):
-        self.name = name
-
-
 def point(name, value, package="lib"):
     entry = EntryPoint(name, value, registry.ENTRY_POINT)
-    vars(entry)["dist"] = Distribution(package)
+    vars(entry)["dist"] = SimpleNamespace(name=package)
     return entry
 
 
@@ -97,19 +102,53 @@ def test_of_two_packages_with_a_case_of_one_name_the_first_is_taken(installed):
 @pytest.mark.parametrize(
     ("call", "member", "words"),
     [
-        (
-            "measure",
-            lambda *_: {}["height"],
-            r"measure raised KeyError: 'height' \(test_registry.py,",
-        ),
-        ("measure", lambda *_: {"time_s": "1"}, "measure returned a dict, must return numbers by"),
-        ("exact", lambda *_: None, "exact returned a NoneType, must return numbers by the names"),
-        ("job", lambda *_: {}, "job returned a dict, must return a Job"),
+        ("measure", lambda *_: {}["height"], "raised KeyError: 'height' .test_registry.py,"),
+        ("measure", lambda *_: {"time_s": "1"}, "returned a dict, must return numbers by"),
+        ("exact", lambda *_: None, "returned a NoneType, must return numbers by the names"),
+        ("job", lambda *_: {}, "returned a dict, must return a Job"),
     ],
 )
 def test_a_flaw_of_a_call_is_one_line_with_package_case_and_call(call, member, words):
     kind = type("Mine", (doubles.BounceCase,), {call: member, "__module__": __name__})
     arguments = [None] * (2 if call == "measure" else 1)
-    with pytest.raises(RequestError, match=f"^package 'tests', case 'bounce': {words}") as caught:
+    line = f"^package 'tests', case 'bounce': {call} {words}"
+    with pytest.raises(RequestError, match=line) as caught:
         getattr(kind(), call)(*arguments)
     assert "\n" not in str(caught.value)
+
+
+# ---- digests of the input
+
+
+@pytest.mark.parametrize(("error", "other"), [(1e-15, False), (-1e-11, False), (1e-7, True)])
+def test_the_rounding_of_another_cpu_is_the_same_input(error, other):
+    """A step follows from an integration, whose last digits depend on the CPU and on scipy."""
+    jobs = [scene_job(SLIDING.replace(step=SLIDING.step * (1.0 + e))) for e in (0.0, error)]
+    one, two = ([Bench(Code()).inputs_digest([job])] for job in jobs)
+    assert list(differ(one, two)) == [other]
+
+
+@pytest.mark.parametrize("name", ["penetration", "drum"])
+def test_published_beds_are_the_same_input_for_each_user(name, tmp_path, monkeypatch):
+    """The bed lies in a file in the cache of a user."""
+    case, digests = usable_cases()[name], set()
+    for home in ("one", "another one"):
+        monkeypatch.setenv("DEM_HARNESS_HOME", str(tmp_path / home))
+        digests.add(Bench(Code()).inputs_digest([case.job(case.presets["published"])]))
+    assert len(digests) == 1
+
+
+def test_the_accepted_run_had_the_input_of_the_checks_on_any_machine(lammps_here):  # noqa: ARG001
+    """Nothing runs: other input is no change of the engine, and fails every verification."""
+    with open_engine("lammps") as engine:
+        accepted = accepted_rows({engine.name: engine.identify().engine_version})
+        expected = dict(zip(accepted[list(KEY)].itertuples(index=False, name=None),
+                            accepted["inputs"], strict=True))  # fmt: skip
+        bench, pairs = Bench(engine), {}
+        for case in usable_cases().values():
+            for check in case.checks_up_to(engine, "quick"):
+                key = (case.name, check.setup, check.quantity, engine.name, check.check)
+                if key in expected:
+                    pairs[key] = expected[key], bench.inputs_digest(check.jobs)
+    assert [*compress(pairs, differ(*zip(*pairs.values(), strict=True)))] == []
+    assert len(pairs) > len([text for text in expected.values() if text]) - len(accepted) / 2

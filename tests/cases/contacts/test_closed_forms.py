@@ -12,7 +12,6 @@ from harness.cases.contacts import oblique
 from harness.results.rows import Kind
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio
 from tests.cases.contacts.common import CASES, case_named, limits, one_of_each
-from tests.theory import closed_forms
 
 EXACT = [case for case in CASES if any(case.exact(t.parameters) for t in case.trials)]
 
@@ -46,12 +45,9 @@ ROLLS = {
 
 @pytest.mark.parametrize(
     ("name", "changes", "exact"),
-    [
-        ("slip-to-roll", {}, set()),
-        ("incline-roll", {}, set()),
-        ("incline-roll", {"angle": 60.0}, {"acceleration_ratio"}),
-    ],
-)
+    [("slip-to-roll", {}, set()), ("incline-roll", {}, set()),
+     ("incline-roll", {"angle": 60.0}, {"acceleration_ratio"})],
+)  # fmt: skip
 def test_rolling_resistance_takes_away_the_closed_forms_that_it_changes(name, changes, exact):
     """The momentum about the floor falls by mu_r g / 2 of the time at most: it must be seen."""
     case = case_named(name)
@@ -100,11 +96,10 @@ def test_attraction_loads_the_limit_of_friction_and_a_dashpot_does_not(law, forc
 
 
 def test_rolling_holds_its_torque_while_twisting_slides():
-    case = case_named("prescribed-motion")
-    p = trial_of(case.name, "rolling sds, twisting sds, linear_history", "wall")
+    p = trial_of("prescribed-motion", "rolling sds, twisting sds, linear_history", "wall")
     # a twist far enough to slide, wherever the one back has left the spring
     p = p.replace(twisting_friction=2e-5)
-    values = limits(case, p)
+    values = limits(case_named("prescribed-motion"), p)
     assert values["twisting_ratio"] == pytest.approx(-p.twisting_friction / p.radius)
     # the dashpot of rolling rests, and so does that of the tangential spring, under its own limit
     load = p.normal_stiffness * (1.0 - p.lift) * p.overlap
@@ -130,20 +125,23 @@ def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides
         assert np.abs(difference).max() < 0.5  # laws are no bounds, but stay within half of mu v
 
 
-@pytest.mark.parametrize("name", ["oblique", "spin"])
-def test_sliding_throughout_leaves_what_the_formula_says(name):
+def sliding(name, **fast):
+    """Return the parameters of an impact that slides throughout, and its quantities.
+
+    A dashpot would raise mu F_n from touch on, and the spring follows it.
+    """
     case = case_named(name)
-    fast = {"angle": 80.0} if name == "oblique" else {"spin": 2000.0}
-    # a dashpot would raise mu F_n from touch on, and the spring follows it
     p = case.default.replace(friction=0.1, damping="none", **fast)
-    values = limits(case, p)
-    e = values["normal_restitution"]
-    if name == "oblique":
-        along, _, fall = p.velocity
-        lost = closed_forms.sliding_impulse(0.1, e, -fall)
-        assert values["tangential_ratio"] == pytest.approx(1.0 - lost / along, rel=1e-5)
-        assert values["rim_speed_ratio"] == pytest.approx(2.5 * lost / along, rel=1e-5)
-        return
-    lost, rim = closed_forms.sliding_impulse(0.1, e, p.speed), p.radius * p.spin
-    assert abs(values["gained_speed_ratio"]) == pytest.approx(lost / rim, rel=1e-5)
-    assert values["spin_ratio"] == pytest.approx(1.0 - 2.5 * lost / rim, rel=1e-5)
+    return p, limits(case, p)
+
+
+def test_sliding_throughout_takes_mu_times_the_normal_impulse():
+    p, values = sliding("oblique", angle=80.0)
+    along, _, fall = p.velocity
+    lost = 0.1 * (1.0 + values["normal_restitution"]) * -fall / along
+    found = values["tangential_ratio"], values["rim_speed_ratio"]
+    assert found == pytest.approx((1.0 - lost, 2.5 * lost), rel=1e-5)
+    p, values = sliding("spin", spin=2000.0)
+    lost = 0.1 * (1.0 + values["normal_restitution"]) * p.speed / (p.radius * p.spin)
+    found = abs(values["gained_speed_ratio"]), values["spin_ratio"]
+    assert found == pytest.approx((lost, 1.0 - 2.5 * lost), rel=1e-5)

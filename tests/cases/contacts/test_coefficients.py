@@ -51,19 +51,16 @@ def changes(scene):
     """Yield scenes with a coefficient, radius, mass, velocity or spin off by 1e-6, by name."""
     for name in sorted(COEFFICIENTS):
         if value := getattr(scene.law, name):
-            factor = 2.0 - OFF if name in ("bulk_share", "restitution") else OFF
-            yield (
-                name,
-                lambda n=name, v=value * factor: scene.replace(law=scene.law.replace(**{n: v})),
-            )
+            off = {name: value * (2.0 - OFF if name in ("bulk_share", "restitution") else OFF)}
+            yield name, lambda off=off: scene.replace(law=scene.law.replace(**off))
     first, *rest = scene.bodies
-    for name in ("radius", "mass"):
-        other = {name: getattr(first, name) * OFF}
-        yield name, lambda o=other: scene.replace(bodies=(first.replace(**o), *rest))
+    bodies = {"radius": first.radius * OFF, "mass": first.mass * OFF}
     for name in ("velocity", "angular_velocity"):
         if any(value := getattr(first, name)) and not scene.segments:
-            other = {name: tuple(x * OFF for x in value)}
-            yield name, lambda o=other: scene.replace(bodies=(first.replace(**o), *rest))
+            bodies[name] = tuple(x * OFF for x in value)
+    for name, value in bodies.items():
+        off = {name: value}
+        yield name, lambda off=off: scene.replace(bodies=(first.replace(**off), *rest))
 
 
 def turned(case, trial, plain, changed):

@@ -50,12 +50,6 @@ def test_codes_by_laws_count_rows_within_and_beyond_the_tolerance(benches):
     assert table.loc["all laws", "wrong"].endswith("beyond")
 
 
-def test_two_engines_of_one_title_are_two_codes(benches):
-    assert {**report.codes_by_title(benches)} == {n: benches[n] for n in ("right", "wrong")}
-    (name,) = report.codes_by_title({"right": benches["right"]})
-    assert name == benches["right"].engine.title
-
-
 def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
     table = report.conventions([case_named("slip-to-roll")], {"right": benches["right"]})
     assert list(table["convention"]) == ["wall_lever"]
@@ -73,14 +67,3 @@ def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it():
     (drawing,) = case.drawings({"stand-in": bench, OWN: Bench(None)})
     labels = drawing.draw().axes[0].get_legend_handles_labels()[1]
     assert len(labels) == 1 + len(oblique.LAWS) + 1
-
-
-def test_a_film_shows_the_bodies_and_the_floor():
-    case, engine = case_named("bounce"), twin()
-    job = case.film_job(case.default, 40)
-    (output,) = engine.run([job])
-    discs = case.discs(case.default, output)
-    assert discs.x.shape == discs.y.shape == (len(discs.time), 1)
-    assert len(discs.time) >= 40
-    assert discs.lines.shape == (1, 2, 2)
-    assert discs.y.min() > 0.9 * discs.radius[0]

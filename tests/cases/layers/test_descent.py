@@ -87,12 +87,6 @@ def test_a_descent_without_an_angle_of_stop_has_none(results, error, words):
         assert caught.value.values == {"mean_speed": 0.25}
 
 
-@pytest.fixture(scope="module")
-def engine(lammps_here):  # noqa: ARG001
-    with Lammps(workers=1) as opened:
-        yield opened
-
-
 @pytest.mark.live
 def test_the_single_grain_stops_at_the_critical_angle_and_a_flow_has_a_profile(engine):
     bench = Bench(engine)
@@ -131,19 +125,16 @@ def test_all_quantities_are_measured_and_the_start_is_above_the_stop(engine):
 
 
 @pytest.mark.live
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"first_angle": 3.0, "flow_time": 60.0}, "the flow never started"),
-        ({"first_angle": 25.0, "lowest_angle": 24.9}, "the flow never stopped above"),
-        ({"time_limit": 0.5}, "the flow never stopped within time_limit = 0.5"),
-    ],
-)
-def test_an_undecided_descent_is_no_angle(engine, changes, words):
-    p = TINY.replace(**changes)
-    (output,) = engine.run([CASE.job(p)])
-    with pytest.raises(EngineUndecidedError, match=words):
-        CASE.measure(p, output)
+def test_an_undecided_descent_is_no_angle(engine):
+    undecided = {
+        "the flow never started": TINY.replace(first_angle=3.0, flow_time=60.0),
+        "the flow never stopped above": TINY.replace(first_angle=25.0, lowest_angle=24.9),
+        "the flow never stopped within time_limit = 0.5": TINY.replace(time_limit=0.5),
+    }
+    outputs = engine.run([CASE.job(p) for p in undecided.values()])
+    for (words, p), output in zip(undecided.items(), outputs, strict=True):
+        with pytest.raises(EngineUndecidedError, match=words):
+            CASE.measure(p, output)
 
 
 def lmp_run(words, folder, values):
@@ -181,12 +172,10 @@ def test_the_script_refuses_what_the_harness_refuses(lmp, tmp_path, changes, wor
 
 def test_the_committed_sweep_runs_the_descents_of_the_report():
     root = Path(__file__).parents[3]
-    chosen = plan(str(root / "inputs" / "sweeps" / "layers.toml"))
-    planned = {
-        tuple(_column(point.parameters, name) for name in COLUMNS) for point in chosen.points
-    }
+    points = plan(str(root / "inputs" / "sweeps" / "layers.toml")).points
+    planned = {tuple(_column(point.parameters, name) for name in COLUMNS) for point in points}
     runs = pd.read_csv(root / "reports" / "layers" / "runs.csv")[COLUMNS].fillna(0.0)
-    assert len(chosen.points) == len(planned) == 263
+    assert len(points) == len(planned) == 263
     assert planned == set(runs.itertuples(index=False, name=None))
 
 
