@@ -1,11 +1,11 @@
 """What several test files share: homes of their own, and the programs that are here."""
 
-import itertools
 import os
 import shutil
 import signal
 import stat
 import sys
+import tempfile
 from pathlib import Path
 
 import hypothesis
@@ -14,8 +14,7 @@ import pytest
 from harness.engines.process import cores
 from harness.files import cache_place
 
-INPUTS = Path(__file__).parent.parent / "inputs"
-RECORDED = Path(__file__).parent / "engines" / "lammps" / "recorded"
+HERE = Path(__file__).parent
 
 # threads of the linear algebra cost a tenth of the time, of matrices as small as these
 for library in ("OPENBLAS", "OMP", "MKL"):
@@ -81,16 +80,14 @@ def _ctrl_c_is_heard():
 
 @pytest.fixture(scope="session")
 def _homes(tmp_path_factory):
-    """Return paths in a folder of their own; pytest would look at all its folders for each."""
-    folder = tmp_path_factory.mktemp("homes")
-    return (folder / str(count) for count in itertools.count())
+    """Return a folder for all homes: of many of its own, pytest would look at all for each."""
+    return tmp_path_factory.mktemp("homes")
 
 
 @pytest.fixture(autouse=True)
 def home(_homes, monkeypatch):
     """Give each test a cache of its own, empty."""
-    folder = next(_homes)
-    folder.mkdir()
+    folder = Path(tempfile.mkdtemp(dir=_homes))
     monkeypatch.setenv("DEM_HARNESS_HOME", str(folder))
     return folder
 
@@ -98,12 +95,12 @@ def home(_homes, monkeypatch):
 @pytest.fixture
 def recorded():
     """Return a function that reads a recorded output by name."""
-    return lambda name: (RECORDED / name).read_text(encoding="utf-8")
+    return lambda name: (HERE / "engines" / "lammps" / "recorded" / name).read_text("utf-8")
 
 
 @pytest.fixture(scope="session")
 def inputs():
-    return INPUTS
+    return HERE.parent / "inputs"
 
 
 @pytest.fixture(scope="session")
@@ -116,33 +113,28 @@ def lammps_here():
 
 
 def _program(name):
+    """Return the path of a program beside this Python or on PATH; skip where there is none."""
     beside = Path(sys.executable).parent / name
-    return str(beside) if beside.is_file() else shutil.which(name)
+    path = str(beside) if beside.is_file() else shutil.which(name)
+    return path or pytest.skip(f"no {name} beside this Python or on PATH")
 
 
 @pytest.fixture(scope="session")
 def lmp(lammps_here):  # noqa: ARG001
-    path = _program("lmp")
-    if path is None:
-        pytest.skip("no executable lmp beside this Python or on PATH")
-    return path
+    return _program("lmp")
 
 
 @pytest.fixture(scope="session")
 def mpirun(lmp):  # noqa: ARG001
-    path = _program("mpirun")
-    if path is None:
-        pytest.skip("no mpirun beside this Python or on PATH")
-    return path
+    return _program("mpirun")
 
 
 @pytest.fixture(scope="session")
 def browser():
     """Start the Chromium that is here; skip, with the reason, where there is none."""
-    names = ("chromium", "chromium-browser", "google-chrome")
-    path = next(filter(None, map(shutil.which, names)), None)
+    path = shutil.which("chromium") or shutil.which("google-chrome")
     if path is None:
-        pytest.skip(f"no browser on PATH ({', '.join(names)}); Debian's package is chromium")
+        pytest.skip("no browser on PATH; Debian's package is chromium")
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with playwright.sync_playwright() as started:
         # a root user, as in a container, has no sandbox of Chromium's

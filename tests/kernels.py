@@ -14,28 +14,15 @@ from harness.solvers.contact_time import contact_time
 from tests.solvers.reference.scenes import HERTZ, HOOKE, resting
 from tests.solvers.test_contact_time import impact as touching
 
-
-def _chain():
-    for law in LAWS:
-        for solver in ("exact", "rk4"):
-            solve(Tower(height=2, law=law), solver)
-
-
-def _reference():
-    reference.run(resting(HOOKE, 1e-3, 10))
-    reference.run(resting(HERTZ, 1e-3, 10))
-    contact_time(touching(HERTZ))  # by the same forces
-
-
-def _rigid():
-    hard_sphere.critical_angle(0.1)
-
-
-def _columns():
-    run_columns(scene_of(Columns(n=1, stiffness=1e4)), 1)
-
-
-SETS = {"chain": _chain, "reference": _reference, "rigid": _rigid, "columns": _columns}
+SETS = {
+    "chain": lambda: [solve(Tower(height=2, law=law), solver) for law in LAWS
+                      for solver in ("exact", "rk4")],
+    # contact times are by the forces of the reference
+    "reference": lambda: [*(reference.run(resting(law, 1e-3, 10)) for law in (HOOKE, HERTZ)),
+                          contact_time(touching(HERTZ))],
+    "rigid": lambda: hard_sphere.critical_angle(0.1),
+    "columns": lambda: run_columns(scene_of(Columns(n=1, stiffness=1e4)), 1),
+}  # fmt: skip
 
 
 def compile_by_turns(folder, worker):

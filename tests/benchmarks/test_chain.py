@@ -5,7 +5,6 @@ import time
 import numpy as np
 import pytest
 
-from harness.cases.tower.impulse import impulse_angles
 from harness.cases.tower.parameters import Tower
 from harness.cases.tower.runs import chain_of
 from harness.solvers import chain_stepped
@@ -49,16 +48,3 @@ def test_cost_of_a_particle_is_flat(law):
     for n, cost, ratio in zip(sizes, costs.min(axis=0), ratios, strict=True):
         print(f"\nN = {n}, {law}: {cost * 1e9:.1f} ns, median ratio to N = 1000 {ratio:.2f}")
     assert (ratios < GROWS_WITH_THE_ROW).all()
-
-
-def test_the_exact_impulse_table_costs_about_as_much_as_by_rk4():
-    """Print what the source's table costs in both solvers; the ratio is some 1.4."""
-    spent = {}
-    for solver in ("exact", "rk4"):
-        impulse_angles(heights=(1, 2), stiffnesses=(1e6,), speeds=(2.0,), solver=solver)
-        begin = time.process_time()
-        rows = impulse_angles(solver=solver)
-        spent[solver] = time.process_time() - begin
-        print(f"\n{solver}: {len(rows)} rows in {spent[solver]:.2f} s")
-        assert len(rows) == 19 * 6 * 2
-    assert spent["exact"] < 3.0 * spent["rk4"]
