@@ -83,18 +83,13 @@ def _stamp(folder: Path) -> str:
 
 @cache
 def _is_private(place: Path, folder: Path) -> bool:
-    """Return whether no other user can write a folder below ``place``, made if need be.
-
-    One that cannot be made has nothing to be read: numba chooses a folder of its own.
-    """
+    """Return whether no other user can write a folder below ``place``, made if need be."""
     try:
         make_private(folder)
-        if not folder.is_dir():
-            return True
-    except OSError:  # also where the user may not look into a folder above it
+        linked = "it is a link" if folder.is_symlink() else ""
+        reason = linked or writable_by_others(place, 0) or writable_by_others(folder)
+    except OSError:  # it has nothing to be read, and numba chooses a folder of its own
         return True
-    linked = "it is a link" if folder.is_symlink() else ""
-    reason = linked or writable_by_others(place, 0) or writable_by_others(folder)
     if reason:
         _note(f"kernels in {folder} are not used, {reason}: remove it, or name another place in "
               "DEM_HARNESS_HOME; until then they are compiled in each run")  # fmt: skip
@@ -103,7 +98,7 @@ def _is_private(place: Path, folder: Path) -> bool:
 
 def _surviving_a_full_disk(dispatcher: Any) -> Any:
     """Return a kernel whose machine code is kept where there is room for it."""
-    keeper = getattr(dispatcher, "_cache", None)  # numba has no public name for it
+    keeper: Any = getattr(dispatcher, "_cache", None)  # numba has no public name for it
     if keeper is None:
         return dispatcher
     save = keeper.save_overload

@@ -46,14 +46,10 @@ class Unsupported(HarnessError):
 
 
 class EngineError(HarnessError, RuntimeError):
-    """An engine that could not be run, or died.
+    """An engine that could not be run, or died."""
 
-    ``kind`` is one word for the row of a report; ``log`` has script, parameters and log of the
-    failed run, empty where there are none.
-    """
-
-    kind = "engine error"
-    log = ""
+    kind = "engine error"  # words for the row of a report
+    log = ""  # script, parameters and log of the failed run
 
     def __init_subclass__(cls, kind: str = "", **more: object) -> None:
         super().__init_subclass__(**more)
@@ -94,21 +90,14 @@ class EngineOutputError(EngineError, kind="bad output"):
 
 
 class EngineUndecidedError(EngineOutputError, kind="undecided"):
-    """A run that ended well without the event that it waits for: ``values`` were measured.
+    """A run that ended well without the event that it waits for: ``values`` were measured."""
 
-    ``provenance`` and ``seconds`` are those of the run.
-    """
+    provenance: Any = None  # of the run
+    seconds = 0.0  # that the run took
 
-    provenance: Any = None
-    seconds = 0.0
-
-    def __init__(self, message: str, values: Mapping[str, float]) -> None:
-        super().__init__(message)
-        self.values = values
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return how to make it again: a worker of another process sends it."""
-        return type(self), (str(self), self.values), vars(self)
+    def __init__(self, message: str, values: Mapping[str, float] | None = None) -> None:
+        super().__init__(message)  # pickled for a worker: the message, then all attributes
+        self.values = values or {}
 
 
 class EngineLostAtomsError(EngineInputError, kind="lost atoms"):

@@ -24,7 +24,12 @@ from harness.errors import RequestError, cannot_write
 
 Writer = Callable[[Path], object]
 
-# ---- worker processes
+# ---- worker processes, and the shared memory of MPI libraries
+
+LOOK_SECONDS = 1.0  # between two looks at the parent
+SHARED = Path("/dev/shm")
+NEEDED = 6 * 1024**2  # [bytes] of a process: MPICH touches 1.0 MiB, UCX below it 4.1 MiB
+_SEGMENT = re.compile(r"mpich_shm_[0-9a-f]+_\d+")
 
 
 def end_with(parent: int, clear: Callable[[], object] = lambda: None) -> None:
@@ -43,19 +48,8 @@ def end_with(parent: int, clear: Callable[[], object] = lambda: None) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-# ---- shared memory of MPI libraries
-
-LOOK_SECONDS = 1.0  # between two looks at the parent
-SHARED = Path("/dev/shm")
-NEEDED = 6 * 1024**2  # [bytes] of a process: MPICH touches 1.0 MiB, UCX below it 4.1 MiB
-_SEGMENT = re.compile(r"mpich_shm_[0-9a-f]+_\d+")
-
-
 def processes_with_room() -> int | None:
-    """Return the number of MPI processes that shared memory has room for, one at least.
-
-    None where that is not known.
-    """
+    """Return how many MPI processes shared memory has room for, at least 1; None if unknown."""
     try:
         return max(1, shutil.disk_usage(SHARED).free // NEEDED)
     except OSError:
@@ -116,10 +110,9 @@ class Place(NamedTuple):
 
 
 def cache_place(option: Path | None = None) -> Place:
-    """Return the cache folder.
+    """Return the cache folder: ``option``, else that below DEM_HARNESS_HOME, else that of XDG.
 
-    It is the value of ``--cache``; else the folder ``cache`` below DEM_HARNESS_HOME; else that of
-    the XDG base directory specification, which has relative values ignored.
+    The XDG base directory specification ignores relative values.
     """
     if option is not None:
         return Place(option, "--cache")
@@ -199,10 +192,8 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
         yield new
         if replace and target.is_dir():
             target.rename(old)
-        elif target.is_dir():
-            target.rmdir()
         try:
-            new.rename(target)
+            new.rename(target)  # also onto an empty folder
         except BaseException:
             if old.is_dir():
                 old.rename(target)
@@ -244,15 +235,12 @@ def held_folder(parent: Path) -> Iterator[Path]:
     with contextlib.ExitStack() as stack:
         while True:
             folder = Path(tempfile.mkdtemp(dir=parent, prefix=PREFIX))
-            # swept before it was locked, or on a file system without locks, where nothing is swept
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError):  # a file system without locks, where none is swept
                 fcntl.flock(stack.enter_context(_handle(folder)), fcntl.LOCK_EX)
-            if folder.is_dir():
+            if folder.is_dir():  # and not swept before it was locked
                 break
-        try:
-            yield folder
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        yield folder
 
 
 def sweep(parent: Path) -> None:

@@ -57,7 +57,7 @@ def pytest_collection_modifyitems(
     if config.option.dem_harness:
         tests = [
             RowTest.from_parent(session, name=name, nodeid=f"dem-harness::{name}", row=row)
-            for name, row in _rows_by_name(config)
+            for name, row in _named_rows(config)
         ]
         items += tests
         report = pytest.CollectReport("dem-harness", "passed", None, [*tests])
@@ -94,36 +94,32 @@ class RowTest(pytest.Item):
 
     def runtest(self) -> None:
         """Pass, fail or skip by the verdict; a known defect is an expected failure."""
-        verdict, note = self.row["verdict"], self.row["note"]
-        self.user_properties.append(("kind", self.row["kind"]))
-        strict = session_record(self.config)["strict"]
-        if verdict == "fail" or (verdict == "not tested" and strict):
-            pytest.fail(_text(self.row), pytrace=False)
-        self.add_report_section("call", "dem-harness", _text(self.row))
+        from harness.cli.output import name_of, row_details
+
+        row, verdict, note = self.row, self.row["verdict"], self.row["note"]
+        self.user_properties.append(("kind", row["kind"]))
+        reason = f"tolerance: {row['reason']}" if row["reason"] else ""
+        lines = [f"{name_of(row)}: {verdict}", *row_details(row), reason]
+        text = "\n".join(filter(None, [*lines, row["log"][-LOG_CHARACTERS:].strip()]))
+        failing = ["fail", "not tested"] if session_record(self.config)["strict"] else ["fail"]
+        if verdict in failing:
+            pytest.fail(text, pytrace=False)
+        self.add_report_section("call", "dem-harness", text)
         if verdict == "known defect":
             pytest.xfail(note)
         if verdict in ("not tested", "fixed"):
             pytest.skip(f"{verdict}: {note}")
 
 
-def _rows_by_name(config: pytest.Config) -> list[tuple[str, Mapping[str, Any]]]:
+def _named_rows(config: pytest.Config) -> list[tuple[str, Mapping[str, Any]]]:
     """Return the rows; one more where an engine failed or a case tested nothing."""
-    from harness.cli.runs import name_of
+    from harness.cli.output import name_of
 
     if config.option.collectonly:  # the rows are known after a run only
         return [("verification", {})]
     record = session_record(config)
     rows = [(f"{row['kind']}: {name_of(row)}", row) for row in record["rows"]]
     return rows + ([("engines", {"error": record["error"]})] if "error" in record else [])
-
-
-def _text(row: Mapping[str, Any]) -> str:
-    """Return a row in words and numbers, a line each, and the end of its engine's log."""
-    from harness.cli.runs import details, name_of
-
-    reason = f"tolerance: {row['reason']}" if row["reason"] else ""
-    lines = [f"{name_of(row)}: {row['verdict']}", *details(row), reason]
-    return "\n".join(filter(None, [*lines, row["log"][-LOG_CHARACTERS:].strip()]))
 
 
 def session_record(config: pytest.Config) -> dict[str, Any]:
@@ -159,10 +155,9 @@ def _run(config: pytest.Config) -> dict[str, Any]:
 
 def verification(words: Sequence[str]) -> dict[str, Any]:
     """Return the JSON of ``dem-harness verify``, run in a process of its own."""
-    code = "from harness.cli import main; main()"
-    command = [sys.executable, "-c", code, "verify", *words, "--json"]
     # the paths of the suite, of its conftest and of pythonpath=, may have its engines
     places = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", "harness", "verify", *words, "--json"]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False, env=places)
     try:
         record: dict[str, Any] = json.loads(done.stdout)

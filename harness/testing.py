@@ -6,7 +6,7 @@ import json
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from unittest import SkipTest
 
@@ -137,7 +137,7 @@ CHECKS = (identifies_itself, refuses_what_it_does_not_state, returns_an_outcome_
 def engine_checks(engine: str | OpenEngine) -> list[Callable[[], None]]:
     """Return the checks of an engine: its name, its class, or a function that opens one."""
     open_engine = engine_class(engine) if isinstance(engine, str) else engine
-    return [_bound(check, open_engine) for check in CHECKS]
+    return [wraps(check)(partial(_made, check, open_engine)) for check in CHECKS]
 
 
 def check_engine(engine: str | OpenEngine) -> dict[str, str]:
@@ -155,21 +155,18 @@ def check_engine(engine: str | OpenEngine) -> dict[str, str]:
     return skipped
 
 
-def _bound(check: Check, open_engine: OpenEngine) -> Callable[[], None]:
-    @wraps(check)
-    def call() -> None:
-        with open_engine() as engine:
-            try:
-                check(engine, open_engine)
-            except SkipTest:
-                raise
-            except Exception as error:
-                is_failure = isinstance(error, EngineCheckError)
-                text = str(error) if is_failure else f"expected no exception, found {error!r}"
-                line = f"{engine.label()}: {check.__name__}: {' '.join(text.split())}"
-                raise EngineCheckError(line) from error
-
-    return call
+def _made(check: Check, open_engine: OpenEngine) -> None:
+    """Make a check of a new engine; whatever it raises is an EngineCheckError of a line."""
+    with open_engine() as engine:
+        try:
+            check(engine, open_engine)
+        except SkipTest:
+            raise
+        except Exception as error:
+            is_failure = isinstance(error, EngineCheckError)
+            text = str(error) if is_failure else f"expected no exception, found {error!r}"
+            line = f"{engine.label()}: {check.__name__}: {' '.join(text.split())}"
+            raise EngineCheckError(line) from error
 
 
 def _require(holds: object, expected: str, value: object) -> None:

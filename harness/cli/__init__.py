@@ -33,26 +33,43 @@ HELP = (
     "143 terminated."
 )
 COMMANDS = {
-    "verify": ("runs:verify", "Hold engines against theory and accepted runs, and report."),
-    "run": ("runs:run", "Run a case once: what it measures, and what is expected."),
-    "sweep": ("runs:sweep", "Run a case over values of its parameters and over engines."),
-    "theory": ("systems:theory", "Critical angle of the incline in closed form."),
-    "critical-angle": ("systems:critical_angle", "Critical angle of the incline in an engine."),
-    "tower": ("systems:tower", "Drop a grain on a tower: force, impulse and contacts."),
-    "impulse": ("systems:impulse", "Impulse and critical angle against the height of the tower."),
-    "cases": ("results:cases", "List the cases; or show one in full."),
-    "engines": ("results:engines", "List the engines that are here, and why others are not."),
-    "inputs": ("results:inputs", "Write the scripts of LAMMPS, or check the committed ones."),
-    "diff": ("results:diff", "Compare runs: what moved, and by how much."),
-    "accept": ("results:accept", "Merge the rows of a run into the accepted runs."),
-    "releases": ("results:releases", "Run the same cases in several LAMMPS releases."),
-    "defect": ("results:defect", "Show known defects: cause, releases, script."),
-    "upstream": ("results:upstream", "Run LAMMPS's own granular tests against the reference."),
-    "reproduce": ("results:reproduce", "Recompute what the source states: ledger and figures."),
-    "site": ("results:site", "Build a static site of the committed reports and of runs."),
-    "cache": ("results:cache", "Show what is kept, or clear it."),
-}
-"""Module and function of each command, imported when it is run, and its line in the help."""
+    "verify": ("runs", "Hold engines against theory and accepted runs, and report.",
+               "--quick --output mine", "--engines lammps,liggghts --cases contacts"),
+    "run": ("runs", "Run a case once: what it measures, and what is expected.",
+            "tower --set height=2 --set speed=4", "oblique --set friction=0.3 --film oblique.gif",
+            "columns --set n=8 --quantity critical_angle_deg --engine reference"),
+    "sweep": ("runs", "Run a case over values of its parameters and over engines.",
+              "tower --over height=1,2,5:20:4 --engines exact,lammps --output mine",
+              "oblique --set preset=kharaz --over angle=5:85:9 --reference measured.csv",
+              "inputs/sweeps/step-and-stiffness.toml --dask tcp://head:8786"),
+    "theory": ("systems", "Critical angle of the incline in closed form.",
+               "--restitution 0.5", "--friction 0.5 --shape disc"),
+    "critical-angle": ("systems", "Critical angle of the incline in an engine.",
+                       "--engine yade --contact clipped"),
+    "tower": ("systems", "Drop a grain on a tower: force, impulse and contacts.",
+              "--height 4 --law overlap --solver lammps",
+              "--height 2 --window first-contact --series tower.csv"),
+    "impulse": ("systems", "Impulse and critical angle against the height of the tower.",
+                "--heights 1-4 --stiffness 1e6 --law overlap --figure angles.svg"),
+    "cases": ("results", "List the cases; or show one in full.", "oblique"),
+    "engines": ("results", "List the engines that are here, and why others are not.",
+                "--program yade=/opt/yade/bin/yade"),
+    "inputs": ("results", "Write the scripts of LAMMPS, or check the committed ones.",
+               "--engine yade --output mine"),
+    "diff": ("results", "Compare runs: what moved, and by how much.",
+             "reports/runs/monday reports/runs/tuesday", "mine accepted"),
+    "accept": ("results", "Merge the rows of a run into the accepted runs.", "reports/runs/monday"),
+    "releases": ("results", "Run the same cases in several LAMMPS releases.",
+                 "2024.8.29.3.0 2025.7.22.4.0", './lmp-old "./lmp-new -sf omp" --output mine'),
+    "defect": ("results", "Show known defects: cause, releases, script.", "tsuji-restitution"),
+    "upstream": ("results", "Run LAMMPS's own granular tests against the reference.",
+                 "~/lammps/unittest/granular/tests --lmp 2024.8.29.3.0 --lmp ./lmp"),
+    "reproduce": ("results", "Recompute what the source states: ledger and figures.", "--check"),
+    "site": ("results", "Build a static site of the committed reports and of runs.",
+             "reports/runs/monday --output public"),
+    "cache": ("results", "Show what is kept, or clear it.", "--clear --older-than 30"),
+}  # fmt: skip
+"""The module of each command, imported when it is run; its line in the help; examples."""
 _stopped_by: list[int] = []  # signals that ended this process
 
 
@@ -85,9 +102,11 @@ def make_app(words: Sequence[str]) -> App:
         help_format="markdown" if words[:1] and words[0] in COMMANDS else "plaintext",
         suppress_keyboard_interrupt=False,
     )
-    for place, (name, (home, summary)) in enumerate(COMMANDS.items()):
+    for place, (name, (module, summary, *examples)) in enumerate(COMMANDS.items()):
+        lines = "\n\n".join(["For example:", *(f"    dem-harness {name} {e}" for e in examples)])
+        home = f"harness.cli.{module}:{name.replace('-', '_')}"
         line = None if name in words[:1] else summary
-        app.command(f"harness.cli.{home}", name=name, sort_key=place, help=line)
+        app.command(home, name=name, sort_key=place, help=line, help_epilogue=lines)
     app.register_install_completion_command()
     return app
 
@@ -104,14 +123,12 @@ def usage_error(error: CycloptsError) -> str:
 
 
 def _default_text(value: Any) -> str | None:
-    """Return the text of a default in the help; None for a flag or an empty one."""
     if value is None or value is False or value in ("", ()):
         return None
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _status(words: list[str]) -> int:
-    """Run a command, print its error if it fails, and return its exit status."""
     try:
         app = make_app(words)
         status = app(words, exit_on_error=False, print_error=False, result_action="return_value")
@@ -137,7 +154,6 @@ def _status(words: list[str]) -> int:
 
 
 def _print_error(message: str, status: int) -> int:
-    """Print an error on stderr, and with --json as an object on stdout; return the status."""
     from harness.cli.output import show
     from harness.report.content import printable
 

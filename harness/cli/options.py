@@ -1,12 +1,11 @@
-"""Options that commands share, and engines as they name them: opened with programs and the cache.
+"""Options that commands share, and the engines that they open.
 
 Options are fields of frozen dataclasses, of which cyclopts makes options and help.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -15,55 +14,55 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter, Token
 
-from harness.cli.output import show, tell
+from harness import workflows
+from harness.cli.output import Record, show, tell
 from harness.errors import HarnessError, RequestError
+from harness.files import cache_place
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from harness.engines.base import Engine
     from harness.store.cache import Entries
-    from harness.workflows import Progress
 
 ENGINE, KEPT = Group("Engine", sort_key=2), Group("Kept results", sort_key=3)
-OWN_OPTIONS = {"lammps": {"lmp": "--lmp", "launcher": "--mpirun"},
-               "reference": {"integrator": "--integrator"}}  # fmt: skip
-"""Options of engines' classes that the command line has a word of its own for."""
+OWN_WORDS = {  # options of engines' classes with a word of their own, by engine
+    "lammps": {"lmp": "--lmp", "launcher": "--mpirun"},
+    "reference": {"integrator": "--integrator"},
+}
 UNQUALIFIED = ("lammps", "reference")  # need not qualify: one is tested, one is held against
 MOST_SECONDS = 600.0  # longer runs are refused without --force
 STATED_SECONDS = 60.0  # the expected time of longer runs is printed before they begin
-MOST_NUMBER = 10_000  # of a range
 SMALLER = "a coarser step, a softer contact or a smaller system"
+MOST_NUMBER = 10_000  # of a range
 
 
-def whole_number(_: Any, tokens: Sequence[Token]) -> int:
-    """Return a whole number; cyclopts would round 1.5. Raise RequestError for anything else."""
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        option = f"{tokens[0].keyword or ''} {tokens[0].value!r}".strip()
-        raise RequestError(f"{option}: must be a whole number") from None
+# ---- values
 
 
-def numbers(_: Any, tokens: Sequence[Token]) -> list[float]:
-    """Return numbers with commas between, each once. Raise RequestError for anything else."""
-    text = ",".join(token.value for token in tokens)
-    try:
-        return list(dict.fromkeys(map(float, text.split(","))))
-    except ValueError:
-        option = f"{tokens[0].keyword} {text!r}"
-        raise RequestError(f"{option}: must be a number, or several with commas") from None
+def _read_by(read: Callable[[str], Any], must: str) -> Parameter:
+    """Return an option that a function reads from its texts, with commas between.
+
+    RequestError for a ValueError of the function: ``must`` is what is allowed.
+    """
+
+    def convert(_: Any, tokens: Sequence[Token]) -> Any:
+        text = ",".join(token.value for token in tokens)
+        try:
+            return read(text)
+        except ValueError:
+            raise RequestError(f"{tokens[0].keyword} {text!r}: must be {must}") from None
+
+    return Parameter(converter=convert, metavar=None if read is int else "NUMBERS")
 
 
-def whole_numbers(_: Any, tokens: Sequence[Token]) -> list[int]:
-    """Return whole numbers of a text as 1-19 or 1,2,5, each once; raise RequestError for others."""
-    text, chosen = ",".join(token.value for token in tokens), dict[int, None]()
+def _ranges(text: str) -> list[int]:
+    """Return the whole numbers of a text as 1-19 or 1,2,5, each once."""
+    chosen = dict[int, None]()
     for part in text.split(","):
-        ends = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip(), re.ASCII)
-        first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (0, 0)
+        first, last = (int(end) for end in (part.split("-") * 2)[:2])
         if not 1 <= first <= last <= MOST_NUMBER:
-            must = f"must be whole numbers or ranges that rise, as 1-19, within 1 to {MOST_NUMBER}"
-            raise RequestError(f"{tokens[0].keyword} {text!r}: {must}")
+            raise ValueError
         chosen |= dict.fromkeys(range(first, last + 1))
     return list(chosen)
 
@@ -72,34 +71,32 @@ Json = Annotated[bool, Parameter(help="Print one JSON object on stdout, and noth
 Folder = Annotated[Path | None, Parameter(metavar="DIR")]
 File = Annotated[Path | None, Parameter(metavar="FILE")]
 Name = Annotated[str | None, Parameter(metavar="NAME")]
+Command = Annotated[str | None, Parameter(metavar="COMMAND")]
 NewFolder = Annotated[
     Path | None, Parameter(metavar="DIR", help="A new folder for the report and its tables.")
 ]
-Cases = Annotated[
-    str | None,
-    Parameter(
-        metavar="NAME[,NAME...]",
-        help="Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and "
-        "tower]",
-    ),
-]
-Only = Annotated[
-    str,
-    Parameter(
-        metavar="PATTERN",
-        help="Run what matches case/setup/quantity, its start or its end, in all cases unless "
-        "--cases names some, as 'oblique/hertz*' or '*rim_speed_ratio'.",
-    ),
-]
+CASES = "Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"
+Cases = Annotated[str | None, Parameter(metavar="NAME[,NAME...]", help=CASES)]
+ONLY = (
+    "Run what matches case/setup/quantity, its start or its end, in all cases unless --cases "
+    "names some, as 'oblique/hertz*' or '*rim_speed_ratio'."
+)
+Only = Annotated[str, Parameter(metavar="PATTERN", help=ONLY)]
 Settings = Annotated[list[str] | None, Parameter(name="--set", metavar="NAME=VALUE")]
-Whole = Annotated[int, Parameter(converter=whole_number)]
-MaybeWhole = Annotated[int | None, Parameter(converter=whole_number)]
+WHOLE = _read_by(int, "a whole number")  # cyclopts would round 1.5
+Whole = Annotated[int, WHOLE]
+MaybeWhole = Annotated[int | None, WHOLE]
 Number = float | None
-Numbers = Annotated[list[float] | None, Parameter(converter=numbers, metavar="NUMBERS")]
-WholeNumbers = Annotated[list[int] | None, Parameter(converter=whole_numbers, metavar="NUMBERS")]
-Force = Annotated[
-    bool, Parameter(help="Run also what is expected to take more than ten minutes of a core.")
-]
+Numbers = Annotated[
+    list[float] | None,
+    _read_by(lambda text: [*dict.fromkeys(map(float, text.split(",")))],
+             "a number, or several with commas"),
+]  # fmt: skip
+RANGES = f"whole numbers or ranges that rise, as 1-19, within 1 to {MOST_NUMBER}"
+WholeNumbers = Annotated[list[int] | None, _read_by(_ranges, RANGES)]
+
+
+# ---- engines
 
 
 @Parameter(name="*", group=KEPT)
@@ -118,19 +115,17 @@ class CacheOptions:
 
         Raise RequestError for a named place that cannot.
         """
-        from harness.files import cache_place
         from harness.store.cache import Entries
 
-        place = cache_place(self.cache)
+        place, named_by = cache_place(self.cache)
         try:
-            return Entries(place.path)
+            return Entries(place)
         except OSError as error:
             reason = error.strerror or str(error)
-            if place.named_by:
-                named = f"{place.named_by} {place.path}"
-                raise RequestError(f"{named}: cannot be used ({reason})") from None
-            tell(f"cache {place.path} cannot be written ({reason}); nothing is kept")
-            return None
+        if named_by:
+            raise RequestError(f"{named_by} {place}: cannot be used ({reason})")
+        tell(f"cache {place} cannot be written ({reason}); nothing is kept")
+        return None
 
 
 @Parameter(name="*", group=ENGINE)
@@ -138,10 +133,10 @@ class CacheOptions:
 class ProgramOptions:
     """Where the programs of engines are, and the options of their classes."""
 
-    lmp: Annotated[str | None, Parameter(metavar="COMMAND")] = None
+    lmp: Command = None
     """A LAMMPS executable of your own, with its arguments if need be, as in
     --lmp "lmp -sf omp"."""
-    mpirun: Annotated[str | None, Parameter(metavar="COMMAND")] = None
+    mpirun: Command = None
     """An MPI launcher of LAMMPS with its options, as in --mpirun "mpirun -np 4"."""
     program: Annotated[list[str] | None, Parameter(metavar="NAME=PATH")] = None
     """The executable of an engine (of Kratos a Python that has it); repeat it for several."""
@@ -163,38 +158,47 @@ class ProgramOptions:
         from harness.engines.registry import check_options, engine_settings
 
         check_options(self.programs(), engine_settings(self.engine_option or ()), names, option)
-        for engine in OWN_OPTIONS:
-            for word, value in self._words_of(engine).values():
-                if engine not in names:
-                    raise RequestError(f"{word} {value!r}: goes with {option} {engine} only")
+        for engine in OWN_WORDS.keys() - set(names):
+            for key, value in self._own_options(engine).items():
+                word = OWN_WORDS[engine][key]
+                raise RequestError(f"{word} {value!r}: goes with {option} {engine} only")
 
     def opening(self, name: str) -> dict[str, Any]:
         """Return what opens an engine. Raise RequestError for an option that it does not take."""
         from harness.engines.registry import chosen_options, engine_settings
 
-        words = self._words_of(name)
-        options = {
-            **engine_settings(self.engine_option or ()).get(name, {}),
-            **{key: value for key, (_, value) in words.items()},
-            "program": self.programs().get(name),
-        }
-        return chosen_options(name, options, {key: word for key, (word, _) in words.items()})
+        own, settings = self._own_options(name), engine_settings(self.engine_option or ())
+        options = {**settings.get(name, {}), **own, "program": self.programs().get(name)}
+        return chosen_options(name, options, {key: OWN_WORDS[name][key] for key in own})
 
-    def _words_of(self, engine: str) -> dict[str, tuple[str, str]]:
-        """Return the word and value of each of an engine's own options that is given."""
-        words = OWN_OPTIONS.get(engine, {})
+    def _own_options(self, engine: str) -> dict[str, str]:
+        words = OWN_WORDS.get(engine, {})
         values = {key: getattr(self, word.removeprefix("--")) for key, word in words.items()}
-        return {key: (words[key], v) for key, v in values.items() if v is not None}
+        return {key: value for key, value in values.items() if value is not None}
 
 
 @Parameter(name="*", group=ENGINE)
 @dataclass(frozen=True, kw_only=True)
 class EngineOptions(ProgramOptions, CacheOptions):
-    """Programs of engines, kept results, and a cluster."""
+    """Programs of engines, kept results, a cluster, and how long runs may take."""
 
     dask: Annotated[str | None, Parameter(metavar="ADDRESS|slurm")] = None
     """Run in the workers of a Dask cluster, at its scheduler's address; or in SLURM with the
     settings of your jobqueue.yaml, slurm:JOBS in so many jobs (8). Needs dem-harness[dask]."""
+    force: bool = False
+    """Run also what is expected to take more than ten minutes of a core."""
+
+    def check_seconds(self, seconds: float, work: str, instead: str = SMALLER) -> None:
+        """Print an expected time [s] that is long; raise RequestError for one that is too long.
+
+        ``instead`` is what to request in place of the work.
+        """
+        text = f"an estimated {seconds / 60.0:.3g} minutes on one core"
+        if not self.force and not seconds <= MOST_SECONDS:
+            limit = f"{MOST_SECONDS / 60.0:g} minutes are the limit"
+            raise RequestError(f"{work} would take {text}, {limit}: {instead}, or --force")
+        if seconds > STATED_SECONDS:
+            tell(f"{work}: {text}")
 
 
 @dataclass
@@ -205,8 +209,8 @@ class Opener:
     """
 
     options: EngineOptions
-    progress: Progress
-    executor: Executor | None = None
+    progress: workflows.Progress
+    executor: Executor | None
     engines: list[Any] = field(default_factory=list)
     failures: dict[str, str] = field(default_factory=dict)
 
@@ -220,8 +224,7 @@ class Opener:
         options = self.options.opening(name)
         remote = None if self.executor is None else partial(remote_outcomes, self.executor)
         with opened(name, fresh=fresh, options=options, entries=entries, remote=remote) as engine:
-            if entries is not None:
-                self.engines.append(engine)
+            self.engines += [] if entries is None else [engine]
             yield engine
 
     @contextmanager
@@ -240,9 +243,7 @@ class Opener:
         ran, read = (sum(getattr(e, name) for e in self.engines) for name in ("ran", "read"))
         return {"engine_runs": ran, "engine_runs_from_cache": read} if self.engines else {}
 
-    def answer(
-        self, record: Mapping[str, Any], json: bool, text: Mapping[str, Any] | None = None
-    ) -> int:
+    def show(self, record: Record, json: bool, text: Record | None = None) -> int:
         """Print the record of an engine; return 0, or 3, with the reason, if it did not qualify."""
         record = dict(record)
         for reason in self.failures.values():
@@ -258,30 +259,11 @@ class Opener:
 @contextmanager
 def opener(options: EngineOptions, title: str, quiet: bool) -> Iterator[Opener]:
     """Yield what opens the engines of a command, in a cluster if need be; show its progress."""
-    from harness.workflows import progress_bars
-
-    with progress_bars(title, quiet=quiet) as progress:
+    with workflows.progress_bars(title, quiet=quiet) as progress:
         if options.dask is None:
-            yield Opener(options, progress)
+            yield Opener(options, progress, None)
             return
         from harness.workflows.executors import dask_executor
 
         with dask_executor(options.dask, tell) as executor:
             yield Opener(options, progress, executor)
-
-
-def duration_check(force: bool, work: str, instead: str = SMALLER) -> Callable[[float], None]:
-    """Return a check of an expected time [s]: it prints a long one, and refuses one too long.
-
-    ``instead`` is what to request in place of the work.
-    """
-
-    def check(seconds: float) -> None:
-        text = f"an estimated {seconds / 60.0:.3g} minutes on one core"
-        if not force and not seconds <= MOST_SECONDS:
-            limit = f"{MOST_SECONDS / 60.0:g} minutes are the limit"
-            raise RequestError(f"{work} would take {text}, {limit}: {instead}, or --force")
-        if seconds > STATED_SECONDS:
-            tell(f"{work}: {text}")
-
-    return check

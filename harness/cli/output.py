@@ -1,4 +1,4 @@
-"""What a command prints and writes: JSON or lines, tables, checked paths, whole files."""
+"""What a command prints and writes: one JSON object, or facts and tables; checked, whole files."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ import math
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from harness.errors import RequestError
+from harness.files import Writer, check_folder, write_files
 from harness.report.content import one_line
+from harness.results.rows import KEY, row_name
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from harness.files import Writer
-
+Record = Mapping[str, Any]
 WIDEST = 120  # columns of wrapped text
-MOST_ITEMS = 20  # of a list that a terminal shows; JSON has all
-MOST_ROWS = 40  # of a table that a terminal shows
+MOST = 50  # rows of a table, or items of a list, that are printed; JSON has all
 RUNS = Path("reports/runs")
+
+
+# ---- what is printed
 
 
 def tell(note: str) -> None:
@@ -33,48 +33,98 @@ def tell(note: str) -> None:
     print(f"dem-harness: {one_line(note)}", file=sys.stderr)
 
 
-def show(record: Mapping[str, Any], as_json: bool, text: Mapping[str, Any] | None = None) -> int:
-    """Print a record as one strict JSON object, or a line for each value; return its status.
+def show(record: Record, as_json: bool, text: Record | None = None, most: int = MOST) -> int:
+    """Print a record as one strict JSON object, or its values by name; return its status.
 
-    ``text`` is printed in place of the record where it is no JSON. A mapping in it is a table: of
-    values, or of mappings with the same keys; a list of mappings is in JSON alone.
+    ``text`` is printed in place of the record where it is no JSON. A mapping and a list of mappings
+    are tables, of which the first ``most`` rows are shown; each sentence of a list has its line.
     """
     if as_json:
         print(json.dumps(_plain(record), indent=2))
         return int(record.get("status", 0))
     for name, value in (record if text is None else text).items():
-        if isinstance(value, Mapping) and value:
-            print(f"\n{name.replace('_', ' ')}")
-            print_columns(_lines(value))
-        elif cell := _cell(value):
-            print_wrapped(f"{name}: {cell}")
+        title = name.replace("_", " ")
+        if rows := _table_rows(value):
+            print(f"\n{title}")
+            _print_table(rows[:most])
+        texts = [] if rows else _texts(value)
+        for line in texts[:most]:
+            width = min(shutil.get_terminal_size().columns, WIDEST)
+            print(textwrap.fill(one_line(f"{title}: {line}"), width, subsequent_indent="  ",
+                                break_on_hyphens=False))  # fmt: skip
+        if (more := max(len(rows), len(texts)) - most) > 0:
+            print(f"... {more} more: --json has all")
     return int(record.get("status", 0))
 
 
-def print_columns(lines: Sequence[Sequence[str]]) -> None:
-    """Print aligned columns."""
-    rows = [[one_line(cell) for cell in line] for line in lines]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        print("  ".join(map(str.ljust, row, widths)).rstrip())
+def row_details(row: Record) -> Iterator[str]:
+    """Yield numbers, class of failure and note of a row of a verification, a line each."""
+    if row["value"] is not None:
+        text = f"{row['value']:.8g}"
+        if row["expected"] is not None:
+            text += f", expected {row['expected']:.8g}"
+        text = f"{text} {row['unit'] if row['unit'] != '1' else ''}".rstrip()
+        if row["difference"] is not None and row["tolerance"] is not None:
+            text += f"; difference {row['difference']:.2g}, tolerance {row['tolerance']:.2g}"
+        yield text
+    yield from filter(None, (row["failure"], row["note"]))
 
 
-def print_frame(frame: pd.DataFrame, most: int = MOST_ROWS, rest: str = "--json has all") -> None:
-    """Print the first rows of a table, its numbers to seven digits, and where the others are."""
-    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
-    form = "{:.7g}".format
-    first = frame.head(most)
-    print(first.to_string(index=False, float_format=form, na_rep="-", line_width=width))
-    if len(frame) > most:
-        print(f"... {len(frame) - most} more: {rest}")
+def name_of(row: Record) -> str:
+    """Return the name of a row for people."""
+    return row_name(*(row[name] for name in KEY))
 
 
-def print_wrapped(text: str, *, indent: int = 0) -> None:
-    """Print text on lines that fit the terminal, the first after ``indent`` blanks."""
-    width = min(shutil.get_terminal_size().columns, WIDEST)
-    first, others = " " * indent, " " * (indent + 2)
-    print(textwrap.fill(one_line(text), width, initial_indent=first, subsequent_indent=others,
-                        break_on_hyphens=False))  # fmt: skip
+def picked(records: Any, columns: Any) -> list[dict[str, Any]]:
+    """Return these columns of the records that have them."""
+    return [{name: one[name] for name in columns if name in one} for one in records]
+
+
+def _table_rows(value: Any) -> list[Record]:
+    if isinstance(value, Mapping):
+        return [{"name": name, **(item if isinstance(item, Mapping) else {"value": item})}
+                for name, item in value.items()]  # fmt: skip
+    is_table = isinstance(value, list) and all(isinstance(item, Mapping) for item in value)
+    return value if is_table else []
+
+
+def _print_table(rows: list[Record]) -> None:
+    names = dict.fromkeys(name for row in rows for name in row)
+    columns = [[name, *(_cell(row.get(name)) for row in rows)] for name in names]
+    columns = [column for column in columns if any(column[1:])]  # those that have any text
+    widths = [max(map(len, column)) for column in columns]
+    for line in zip(*columns, strict=True):
+        print("  ".join(map(str.ljust, line, widths)).rstrip())
+
+
+def _texts(value: Any) -> list[str]:
+    is_list = isinstance(value, list | tuple) and any(" " in str(item) for item in value)
+    return [text for item in (value if is_list else [value]) if (text := _cell(item))]
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name}={_cell(item)}" for name, item in value.items())
+    if isinstance(value, list | tuple):
+        return " ".join(map(_cell, value))
+    if value is None:
+        return ""
+    return f"{value:.8g}" if isinstance(value, float) else one_line(str(value))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "item") and not isinstance(value, str):  # a number of numpy
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None  # JSON has no other numbers
+    return value if value is None or isinstance(value, bool | int | str) else str(value)
+
+
+# ---- what is written
 
 
 def check_target(
@@ -83,24 +133,24 @@ def check_target(
     """Raise RequestError, before any work is done, for a file that cannot be written, or twice."""
     if path is None:
         return
-    if other is not None and path.resolve() == other.resolve():
-        raise RequestError(f"{option} {path}: is written by another option already")
-    if suffixes and path.suffix.lower() not in suffixes:
-        raise RequestError(f"{option} {path}: must end in {', '.join(suffixes)}")
+    problem = ""
     try:
-        taken, has_parent = path.exists() and not path.is_file(), path.parent.is_dir()
+        if other is not None and path.resolve() == other.resolve():
+            problem = "is written by another option already"
+        elif suffixes and path.suffix.lower() not in suffixes:
+            problem = f"must end in {', '.join(suffixes)}"
+        elif path.exists() and not path.is_file():
+            problem = "is a folder or a device"
+        elif not path.parent.is_dir():
+            problem = f"there is no folder {path.parent}"
     except (OSError, ValueError) as error:
-        raise RequestError(f"{option} {path!s:.200}: {error}") from None
-    if taken:
-        raise RequestError(f"{option} {path}: is a folder or a device")
-    if not has_parent:
-        raise RequestError(f"{option} {path}: there is no folder {path.parent}")
+        problem = str(error)
+    if problem:
+        raise RequestError(f"{option} {path!s:.200}: {problem}")
 
 
 def write_all(files: Mapping[tuple[str, Path | None], Writer]) -> None:
     """Write each (option, path) that is given, all of them whole; see :func:`write_files`."""
-    from harness.files import write_files
-
     named = {(option, path): write for (option, path), write in files.items() if path is not None}
     write_files(named)
     for option, path in named:
@@ -111,19 +161,15 @@ def write_all(files: Mapping[tuple[str, Path | None], Writer]) -> None:
 def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
     """Yield the folder of a report: the named one, or a new one of the date below reports/runs.
 
-    The new one is made at once, for no other command to take it, and goes again where it stays
-    empty. Raise RequestError for one that has files or cannot be made.
+    The new one goes again where it stays empty. Raise RequestError for one that has files or cannot
+    be made.
     """
-    from harness.files import check_folder
-
     if named is not None:
         check_folder(named)
         yield named
         return
     missing = [path for path in (RUNS, *RUNS.parents) if not path.exists()]
-    name = f"{datetime.now():%Y-%m-%d-%H%M%S}{ending}"
-    names = chain([name], (f"{name}-{number}" for number in count(2)))
-    folder = next(path for path in map(RUNS.joinpath, names) if _is_made(path))
+    folder = _new_numbered_folder(RUNS / f"{datetime.now():%Y-%m-%d-%H%M%S}{ending}")
     try:
         yield folder
     finally:
@@ -132,45 +178,13 @@ def output_folder(named: Path | None, ending: str = "") -> Iterator[Path]:
                 path.rmdir()
 
 
-def _is_made(folder: Path) -> bool:
-    """Make a folder; return whether it is new, and raise RequestError where it cannot be made."""
-    try:
-        folder.mkdir(parents=True)
-    except FileExistsError:
-        return False
-    except OSError as error:
-        raise RequestError(f"--output {folder}: cannot be written ({error.strerror})") from None
-    return True
-
-
-def _plain(value: Any) -> Any:
-    """Return a value as JSON has it: null for numbers that are not finite."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if hasattr(value, "item") and not isinstance(value, str):  # a number of numpy
-        value = value.item()
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int | str) else str(value)
-
-
-def _lines(table: Mapping[str, Any]) -> list[list[str]]:
-    """Return the lines of a table, below the names of its columns where it has several."""
-    first = next(iter(table.values()))
-    if not isinstance(first, Mapping):
-        return [[name, _cell(value)] for name, value in table.items()]
-    return [["name", *first], *([name, *map(_cell, row.values())] for name, row in table.items())]
-
-
-def _cell(value: Any) -> str:
-    """Return a value, or values in a list or by name, as text; empty for a list of mappings."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{name}={_cell(item)}" for name, item in value.items())
-    items = value if isinstance(value, list | tuple) else [value]
-    if value is None or any(isinstance(item, Mapping) for item in items):
-        return ""
-    texts = [f"{item:.8g}" if isinstance(item, float) else str(item) for item in items]
-    more = f" ... ({len(texts)} in all)" if len(texts) > MOST_ITEMS else ""
-    return " ".join(texts[:MOST_ITEMS]) + more
+def _new_numbered_folder(folder: Path) -> Path:
+    for path in chain([folder], (Path(f"{folder}-{number}") for number in count(2))):
+        try:
+            path.mkdir(parents=True)
+            break
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise RequestError(f"--output {path}: cannot be written ({error.strerror})") from None
+    return path

