@@ -31,12 +31,6 @@ class FullDiskError(HarnessError):
     exit_status = 4
 
 
-def cannot_write(request: str, error: OSError) -> HarnessError:
-    """Return the error of an option or file that cannot be written, with the system's reason."""
-    kind = FullDiskError if error.errno in FULL else RequestError
-    return kind(f"{request}: {error.strerror or error}")
-
-
 class CombinationError(RequestError):
     """Values that are allowed each by itself, but not together."""
 

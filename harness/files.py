@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from harness.errors import RequestError, cannot_write
+from harness.errors import FULL, FullDiskError, RequestError
 
 Writer = Callable[[Path], object]
 
@@ -217,7 +217,9 @@ def write_files(files: Mapping[tuple[str, Path], Writer]) -> None:
             for target, part in parts.items():
                 part.replace(target[1])
         except OSError as error:
-            raise cannot_write(f"{target[0]} {target[1]}", error) from None
+            kind = FullDiskError if error.errno in FULL else RequestError
+            option, path = target
+            raise kind(f"{option} {path}: {error.strerror or error}") from None
 
 
 def text_writer(text: str) -> Writer:
