@@ -163,7 +163,8 @@ class Scene(Parameters):
     every: Count = Field(1, description="[-] steps between samples; the start is one")
     segments: tuple[Segment, ...] = Field((), description="[-] of prescribed motion")
     setups: tuple[int, ...] = Field(
-        (), description="[step] at which a run begins anew: forces by the velocities of the step")
+        (), description="[step] at which a run begins anew: forces by the velocities of the step; "
+        "0: once more before the first step")
     stages: tuple[Stage, ...] = Field(
         (), description="[-] with which the run may be over before ``steps``")
     pairs: tuple[tuple[int, int], ...] | None = Field(

@@ -68,6 +68,8 @@ class Simulation:
         self._samples = np.empty((rows, *self.system.state.shape))
         self._temperatures = np.empty((rows, len(self.system.state)))
         self._act()
+        for _ in range(scene.setups.count(0)):
+            self._set_up(again=True)
         self._samples[0], self._temperatures[0] = self.system.state, self.system.heat[:, 0]
         kernels.keep(self.system.state, self._stages, 0)
 
@@ -112,13 +114,13 @@ class Simulation:
         if number in self.faults.torsion_reversed_at:
             self.system.contacts["springs"][:, 1:] *= -1.0
         if number in self._setups:
-            self._set_up()
+            self._set_up(again=number > 0)
 
-    def _set_up(self) -> None:
+    def _set_up(self, *, again: bool) -> None:
         """Compute forces by the velocities of the whole step, as codes do where a run begins."""
-        if self.step_number and self.faults.springs_lost_in_setup:
+        if again and self.faults.springs_lost_in_setup:
             self.system.contacts["springs"][:, 0] = 0.0
-        if self.step_number and self.faults.tsuji_again_in_setup:
+        if again and self.faults.tsuji_again_in_setup:
             laws = self.system.laws
             laws["restitution"] = tsuji(laws["restitution"])
             again = _tsuji_dashpot(laws["restitution"], self.faults)

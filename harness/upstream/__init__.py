@@ -319,7 +319,12 @@ def reference_motion(reading: Reading) -> Motion:
     if number * (0.5 * (number - 1) + len(scene.walls)) * scene.steps > MOST_PAIR_STEPS:
         raise RequestError(f"{number} spheres for {scene.steps} steps: too many here")
     motion = reference.run(scene, reading.rules)
-    nearer = 2.0 * scene.step * reading.list_steps * np.abs(motion.velocity).max()
+    for wall in scene.walls:
+        members = motion.position[:, list(wall.bodies or ())]
+        if np.any((members - wall.point) @ wall.direction <= 0.0):
+            raise RequestError("fix wall/gran: a sphere is behind a plane, which has two sides")
+    speed = np.linalg.norm(motion.velocity, axis=-1).max()
+    nearer = 2.0 * scene.step * reading.list_steps * speed
     if number > 1 and not nearer <= reading.skin:
         raise RequestError(
             f"neigh_modify: a list of {reading.list_steps} steps and a skin of {reading.skin:g} "
@@ -403,54 +408,35 @@ def known_defects_of(reading: Reading, states: Sequence[State]) -> str:
         errors = scaled_errors(reading, motion, states)
         return _largest(*errors.values()) <= EQUAL_STEPS
 
-    candidates = _candidates(reading, states)
+    trial, candidates = Trial({reading.scene: reading.rules}, holds), _candidates(reading.scene)
     for number in range(1, MOST_SWITCHES + 1):
         for group in combinations(candidates, number):
-            names = [defect.name for defect in group]
-            again = reading.setups if "wall-tsuji-again" in names else 0
-            scene = _with_tsuji_again(reading.scene, again)
-            if Trial({scene: reading.rules}, holds).holds_with(group):
-                return ", ".join(names)
+            unknowns = {
+                defect.fit: _unset_torque(reading, states) for defect in group if defect.fit
+            }
+            if trial.holds_with(group, **unknowns):
+                return ", ".join(defect.name for defect in group)
     return ""
 
 
-def _candidates(reading: Reading, states: Sequence[State]) -> list[KnownDefect]:
-    """Return the known defects that a scene may show, with the values of this run."""
-    scene = reading.scene
+def _candidates(scene: Scene) -> list[KnownDefect]:
+    """Return the known defects that a scene may show."""
     kinds = {wall.type for wall in scene.walls}
     laws = {"all": [row.law for row in scene.laws]}
     laws["walls"] = [row.law for row in scene.laws if kinds & set(row.types)]
     laws["old walls"] = [law for law in laws["walls"] if law.interface == "old"]
     defects = {defect.name: defect for defect in known_defects()}
     return [
-        _in_run(defects[name], reading, states)
+        defects[name]
         for name, (part, submodels, contacts) in SHOWN_BY.items()
         if any(re.fullmatch(submodels, getattr(law, part)) for law in laws[contacts])
     ]
 
 
-def _in_run(defect: KnownDefect, reading: Reading, states: Sequence[State]) -> KnownDefect:
-    """Return a defect with what it makes of this run.
-
-    A torque that was never set is that of the first setup beyond the reference's.
-    """
-    if not defect.fit:
-        return defect
+def _unset_torque(reading: Reading, states: Sequence[State]) -> tuple[float, ...]:
+    """Return the torque of the first setup beyond the reference's: it was never set."""
     torque = _columns(states[:1], RECORDED["run_torque"])[0, 0]
-    unset = torque - reference.run(reading.scene, reading.rules).torque[0, 0]
-    return defect.replace(fit="", faults={defect.fit: tuple(unset)})
-
-
-def _with_tsuji_again(scene: Scene, setups: int) -> Scene:
-    """Return a scene in which so many setups before the first step took alpha(e) of tsuji for e."""
-    laws = []
-    for row in scene.laws:
-        restitution = row.law.restitution
-        for _ in range(setups if row.law.damping == "tsuji" else 0):
-            restitution = reference.tsuji(restitution or 0.0)
-        changes = {"restitution": restitution}  # above 1 for a small e
-        laws.append(row._replace(law=row.law.model_copy(update=changes)))
-    return scene.model_copy(update={"laws": tuple(laws)})
+    return tuple(torque - reference.run(reading.scene, reading.rules).torque[0, 0])
 
 
 # ---- the page

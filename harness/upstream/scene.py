@@ -87,7 +87,6 @@ class Reading:
     """A scene with the rules of LAMMPS for it, the steps at which segments end, and its list.
 
     A neighbour list lasts ``list_steps``, in which bodies may come nearer by ``skin`` [length].
-    ``setups`` are the forces computed before the first step.
     """
 
     scene: Scene
@@ -95,7 +94,6 @@ class Reading:
     ends: tuple[int, ...]
     skin: float
     list_steps: int
-    setups: int
 
 
 def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> Reading:
@@ -108,8 +106,10 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
     bodies, gravity = _bodies(commands, state), _gravity(commands.fixes_of("gravity"))
     walls, at_walls = _walls(commands, bodies, state)
     laws = {**_pair_laws(commands, state["type"]), **at_walls}
-    ends = tuple(accumulate(test.segments))
-    steps = max(ends[-1], 1)
+    starts = (0, *accumulate(test.segments))
+    steps, ends = max(starts[-1], 1), starts[1:]
+    if any(start and start == end for start, end in pairwise(starts)):
+        raise NotUnderstoodError("run_segments: '0' after a step is not understood")
     at_start = Segment(
         steps=steps,
         velocities=tuple(body.velocity for body in bodies),
@@ -133,13 +133,13 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
         steps=steps,
         every=math.gcd(*ends) or 1,
         segments=() if any(body.motion == "free" for body in bodies) else (at_start,),
-        setups=ends[:-1],
+        setups=(*[0] * commands.runs, *starts[:-1]),
         pairs=() if style == "none" else None,
     )
     rules = Rules(torque_lever="radius" if style.startswith("gran/") else "contact_point")
     default = SKINS.get(commands.last["units"][0], "0.1")
     skin = _float(commands.last.get("neighbor", [default])[0], "neighbor")
-    return Reading(scene, rules, ends, skin, max(commands.lists.values()), commands.setups)
+    return Reading(scene, rules, ends, skin, commands.list_steps(steps))
 
 
 # ---- commands
@@ -174,7 +174,8 @@ COMMANDS: Mapping[str, tuple[int, Keywords] | None] = {
     "timer": (0, dict.fromkeys(("off", "loop", "normal", "full", "sync", "nosync"), 0)),
 }  # fmt: skip
 QUOTED = re.compile(r'"([^"]*)"')
-LIST_STEPS = 10  # that a neighbour list lasts by default, in releases before 2023
+LIST = {"delay": "10", "every": "1", "check": "yes"}  # by default; delay 0 from 2023 on
+CHANGES = {"set", "create_atoms", "displace_atoms", "delete_atoms", "change_box"}  # of places
 SKINS = {"lj": "0.3", "si": "0.001"}  # of neighbour lists by default, 0.1 in other units
 
 
@@ -185,13 +186,15 @@ class _Commands:
         self.last: dict[str, Words] = {"dimension": ["3"], "units": ["lj"]}
         self.fixes: dict[str, Words] = {}  # by name
         self.coefficients: list[Words] = []
-        self.lists = {"delay": LIST_STEPS, "every": LIST_STEPS}
-        self.setups = 1
+        self._list = dict(LIST)
+        self.runs = 0
         for command, *words in executed_commands(test, log):
             check_words([command, *words])
+            if self.runs and command in CHANGES:  # which contacts remember from before
+                raise NotUnderstoodError(f"{command!r} after a run is not understood")
             self.last[command] = words
             if command == "run":
-                self.setups += 1
+                self.runs += 1
             elif command == "fix":
                 self.fixes[words[0]] = words[1:]
             elif command == "unfix":
@@ -201,12 +204,22 @@ class _Commands:
             elif command == "pair_coeff":
                 self.coefficients.append(words)
             elif command == "neigh_modify":
-                rows = pairwise(words)
-                self.lists |= {k: int(_float(v, command)) for k, v in rows if k in self.lists}
+                self._list.update(zip(words[::2], words[1::2], strict=True))
 
     def fixes_of(self, style: str) -> list[Words]:
         """Return the fixes of a style, as words from the group on."""
         return [words for words in self.fixes.values() if words[1] == style]
+
+    def list_steps(self, steps: int) -> int:
+        """Return how many of so many steps a neighbour list may last without a look at it.
+
+        Where bodies are looked at only each ``every`` steps, one may have moved nearly half of the
+        skin at a look, and no list is safe.
+        """
+        delay, every = (int(_float(self._list[word], word)) for word in ("delay", "every"))
+        if every > 1 and self._list["check"] not in ("no", "off", "false"):
+            return steps
+        return every * max(1, math.ceil(delay / every))
 
 
 def executed_commands(test: UpstreamTest, log: str) -> Iterator[Words]:
@@ -333,11 +346,15 @@ def _walls(
         axis = np.eye(3)[PLANES[words[place]]]
         members = tuple(np.flatnonzero(_members(state, group)).tolist())
         kind = WALL_TYPES + len(walls)
-        for word, sign in zip(words[place + 1 :], (1.0, -1.0), strict=True):
-            if word != "NULL":
-                point, direction = tuple(_float(word, "fix wall/gran") * axis), tuple(sign * axis)
+        ends = zip(words[place + 1 :], (-math.inf, math.inf), strict=True)
+        low, high = (end if word == "NULL" else _float(word, "fix wall/gran") for word, end in ends)
+        if high - low < 2.0 * state["radius"].max():
+            raise NotUnderstoodError("fix wall/gran: of two planes the nearer one alone acts")
+        for height, sign in ((low, 1.0), (high, -1.0)):
+            if math.isfinite(height):
+                point, direction = tuple(height * axis), tuple(sign * axis)
                 walls.append(Wall(point=point, direction=direction, type=kind, bodies=members))
-                laws |= {(body.type, kind): law for body in bodies}
+        laws |= {(body.type, kind): law for body in bodies}
     return tuple(walls), laws
 
 

@@ -145,7 +145,7 @@ def test_a_wall_takes_its_own_restitution_again(lmp, restitution):
         row._replace(law=row.law.model_copy(update={"restitution": changed[row.types]}))
         for row in reading.scene.laws
     )
-    scene = reading.scene.model_copy(update={"laws": laws})
+    scene = reading.scene.model_copy(update={"laws": laws, "setups": reading.scene.setups[1:]})
     motion = reference.run(scene, reading.rules, Faults(tsuji_again_in_setup=True))
     states = [run.states[0], *(states_of(motion, end // scene.every) for end in reading.ends)]
     assert judging.known_defects_of(reading, states) == "wall-tsuji-again"
@@ -213,7 +213,11 @@ def test_a_dump_with_nan_is_an_error(tmp_path):
         read_state(tmp_path / "state.1")
 
 
-@pytest.mark.parametrize("command", ["neigh_modify delay 20000 every 1", "neighbor 1e-5 nsq"])
+@pytest.mark.parametrize(
+    "command",
+    ["neigh_modify delay 20000 every 1", "neighbor 1e-5 nsq",
+     "neigh_modify delay 0 every 4000 check yes"],
+)  # fmt: skip
 def test_a_list_that_may_miss_a_contact_is_not_tested(command, lmp):
     """A release before 2023 keeps a list for ten steps unless a test says otherwise."""
     listed = {} if command.startswith("neigh_modify") else {"neigh_modify": []}
@@ -221,6 +225,14 @@ def test_a_list_that_may_miss_a_contact_is_not_tested(command, lmp):
     assert set(run.rows["verdict"]) == {"not tested"}
     motion = rows_by_key(run)["askew", MOTION, "newton on"]
     assert "may miss contacts" in motion.note
+
+
+def test_a_plane_with_a_sphere_behind_it_is_not_tested(lmp):
+    """LAMMPS's planes push to both sides, those of the reference to one."""
+    wall = "hooke 1e5 5 damping velocity tangential linear_history 3e4 0.1 0.4"
+    run = run_upstream([askew(f"fix w all wall/gran granular {wall} zplane 0 NULL")], {"here": lmp})
+    motion = rows_by_key(run)["askew", MOTION, "newton off"]
+    assert (motion.verdict, "behind a plane" in motion.note) == ("not tested", True)
 
 
 def test_a_run_that_hangs_is_ended(lmp):

@@ -134,6 +134,9 @@ NOT_UNDERSTOOD = {
     "has a velocity, and no fix moves it": askew(fix=UPPER),
     "leaves the plane": askew(**lying()),
     "no sphere at the start": askew(),
+    "the nearer one alone": askew(f"fix w all {FLOOR} zplane -0.0101 0.0098"),
+    "'set' after a run": askew("run 0", "set type 1 z -0.0101"),
+    "'0' after a step": named(askew(), segments=(0, 300, 0)),
 }  # fmt: skip
 # by the word that the error names
 OTHER_STATES = {"leaves the plane": {"omegax": np.ones(2)},
