@@ -24,7 +24,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -55,8 +55,7 @@ SIGNATURE = "Signature: 8a477f597d28d172789f06886806bc55\n# results of dem-harne
 ENTRIES = "[0-9a-f][0-9a-f]/" + "[0-9a-f]" * 64 + "*"
 KERNEL_SUFFIXES = (".nbi", ".nbc")  # of numba's index and data files
 PLAIN_FIELDS = ("log", "seconds", "title")  # fields of an output with a JSON form
-ARRAY_KINDS = "biufcSU"  # numbers and text, as numpy names their kinds
-OUTPUT_ERRORS = (ValueError, KeyError, TypeError, zlib.error)  # of bytes that are not an output
+DAMAGE = (ValueError, KeyError, TypeError, zlib.error, zipfile.BadZipFile)  # of other bytes
 
 EngineChoice = Engine | str | None  # an open engine, the name of one, or None for the default
 Outcomes = Iterator[tuple[int, Output | EngineError]]  # the place of each job and its outcome
@@ -84,15 +83,10 @@ def opened(
     if not isinstance(engine, str | None):
         yield engine
         return
-    name = engine or DEFAULT
+    name, entries = engine or DEFAULT, entries or default_entries()
     with open_engine(name, options=options) as bare:
-
-        def outcomes(jobs: Sequence[Job]) -> Outcomes:
-            return (
-                bare.outcomes(jobs) if remote is None else remote(bare, name, options or {}, jobs)
-            )
-
-        yield CachedEngine(bare, entries or default_entries(), fresh=fresh, outcomes=outcomes)
+        run = remote and partial(remote, bare, name, options or {})
+        yield CachedEngine(bare, entries, fresh=fresh, outcomes=run)
 
 
 def default_entries() -> Entries | None:
@@ -142,35 +136,24 @@ class CachedEngine(Engine):
     def outcomes(self, jobs: Sequence[Job]) -> Outcomes:
         """Yield stored outputs, then those of the other jobs as the engine makes them."""
         self._engine.check(jobs)
-        facts = None if self._entries is None else self._engine.fingerprint()
+        facts = self._engine.fingerprint() if self._entries else None
         keys = [] if facts is None else [run_key(self._engine, job, facts) for job in jobs]
         missing = set(range(len(jobs)))
-        for place, key in enumerate(() if self._fresh else keys):
-            if (output := self._stored(key)) is not None:
+        for place, key in enumerate([] if self._fresh else keys):
+            if self._entries and (output := self._entries.get(key, unpack_output)) is not None:
                 missing.discard(place)
+                with self._lock:
+                    self.read += 1
                 yield place, output
         places = sorted(missing)
-        for index, outcome in self._run([jobs[i] for i in places]) if places else ():
+        for index, outcome in self._run([jobs[place] for place in places]) if places else ():
             place = places[index]
             with self._lock:
                 self.ran += 1
-            if self._entries is not None and keys and isinstance(outcome, Output):
+            if self._entries and keys and isinstance(outcome, Output):
                 cases = (jobs[place].template.name,)
                 self._entries.put(keys[place], pack_output(outcome), "run", cases)
             yield place, outcome
-
-    def _stored(self, key: str) -> Output | None:
-        assert self._entries is not None
-        if (data := self._entries.get(key)) is None:
-            return None
-        try:
-            output = unpack_output(data)
-        except OUTPUT_ERRORS as error:
-            self._entries.drop(key, f"not a run: {error}")
-            return None
-        with self._lock:
-            self.read += 1
-        return output
 
 
 def run_key(engine: Engine, job: Job, fingerprint: Mapping[str, Any]) -> str:
@@ -208,17 +191,15 @@ def pack_output(output: Output) -> bytes:
 
 
 def unpack_output(data: bytes) -> Output:
-    """Return the output from its bytes; raise one of :data:`OUTPUT_ERRORS` for others."""
+    """Return the output from its bytes; raise one of :data:`DAMAGE` for others."""
     size, _, rest = data.partition(b"\n")
     place = int(size)
     facts: dict[str, Any] = json.loads(zlib.decompress(rest[:place]))
     tables: dict[str, dict[str, NDArray[Any]]] = {name: {} for name in facts["tables"]}
     for table, name, kind, shape in facts["arrays"]:
-        dtype = np.dtype(kind)
-        if dtype.kind not in ARRAY_KINDS:
-            raise ValueError(f"an array of {kind}")
-        tables[table][name] = np.ndarray(shape, dtype, rest, place).copy()
-        place += math.prod(shape) * dtype.itemsize
+        array = np.frombuffer(rest, kind, math.prod(shape), place)  # which refuses objects
+        tables[table][name] = array.reshape(shape).copy()
+        place += array.nbytes
     origin = facts["provenance"]
     return Output(
         results=tuple((name, text) for name, text in facts["results"]),
@@ -243,16 +224,15 @@ def keep_verification(entries: Entries, key: str, folder: Path, record: Mapping[
 
 def kept_verification(entries: Entries, key: str, folder: Path) -> dict[str, Any] | None:
     """Write a stored report into a new folder and return its record; None where none is stored."""
-    if (payload := entries.get(key)) is None:
-        return None
-    text, _, data = payload.partition(b"\n")
-    try:
+
+    def unpack(payload: bytes) -> dict[str, Any]:
+        text, _, data = payload.partition(b"\n")
         record: dict[str, Any] = json.loads(text)
         with zipfile.ZipFile(io.BytesIO(data)) as archive, whole_folder(folder) as aside:
             archive.extractall(aside)  # which strips ".." and roots from names
-    except (ValueError, zipfile.BadZipFile) as error:
-        entries.drop(key, f"not a verification: {error}")
-        return None
+        return record
+
+    record: dict[str, Any] | None = entries.get(key, unpack)
     return record
 
 
@@ -335,19 +315,29 @@ class Entries:
         with tempfile.TemporaryFile(dir=folder):
             (folder / TAG).write_text(SIGNATURE)
 
-    def get(self, key: str) -> bytes | None:
-        """Return the payload of a key, or None; drop a damaged entry with a note."""
+    def get(self, key: str, read: Callable[[bytes], Any] = bytes) -> Any:
+        """Return what ``read`` makes of the payload of a key, None where there is none.
+
+        An entry that is damaged, or of which it raises one of :data:`DAMAGE`, is dropped with a
+        note.
+        """
         path = self._path(key)
         try:
             head, _, body = path.read_bytes().partition(b"\n")
         except OSError:
             return None
-        if head != _head(key, body):
-            self.drop(key, "its checksum does not match")
+        try:
+            if head != _head(key, body):
+                raise ValueError("its checksum does not match")
+            content = read(body.partition(b"\n")[2])
+        except DAMAGE as error:
+            _note(f"cache entry {path} is damaged ({error}): dropped, computed again")
+            with contextlib.suppress(OSError):
+                path.unlink()
             return None
         with contextlib.suppress(OSError):
             os.utime(path)
-        return body.partition(b"\n")[2]
+        return content
 
     def put(self, key: str, payload: bytes, sort: str = "other", cases: Sequence[str] = ()) -> None:
         """Store a payload under a key, with a label: written under another name, then renamed.
@@ -373,13 +363,6 @@ class Entries:
             self._broken = True
             reason = error.strerror or error
             _note(f"cache {self.folder} cannot be written ({reason}); nothing more is kept")
-
-    def drop(self, key: str, reason: str) -> None:
-        """Remove the entry of a key, with a note."""
-        path = self._path(key)
-        _note(f"cache entry {path} is damaged ({reason}): dropped, computed again")
-        with contextlib.suppress(OSError):
-            path.unlink()
 
     def _path(self, key: str) -> Path:
         return self.folder / key[:2] / key
@@ -412,11 +395,11 @@ def _note(text: str) -> None:
 
 @dataclass(frozen=True)
 class Item:
-    """An entry, a compiled kernel or an environment: size [bytes], last use [s since 1970]."""
+    """An entry, a compiled kernel or an environment: last use [s since 1970] and size [bytes]."""
 
     path: Path
-    size: int
     used: float
+    size: int
 
     @cached_property
     def label(self) -> tuple[str, ...]:
@@ -445,18 +428,17 @@ class Item:
 
 def contents(folder: Path) -> list[Item]:
     """Return the contents of a cache folder; of a folder without the tag only kernels."""
-    items = []
     paths = [path for suffix in KERNEL_SUFFIXES for path in (folder / KERNELS).rglob(f"*{suffix}")]
-    is_cache = (folder / TAG).is_file()
-    for path in [*paths, *(folder.glob(ENTRIES) if is_cache else ())]:
-        with contextlib.suppress(OSError):  # removed by another process
-            state = path.stat()
-            items.append(Item(path, state.st_size, state.st_mtime))
-    for home in (folder / process.FOLDER).glob("*/") if is_cache else ():
-        with contextlib.suppress(OSError):  # not complete
-            used = (home / process.COMPLETE).stat().st_mtime
-            sizes = [path.lstat().st_size for path in home.rglob("*") if not path.is_dir()]
-            items.append(Item(home, sum(sizes), used))
+    if (folder / TAG).is_file():
+        paths += [*folder.glob(ENTRIES), *(folder / process.FOLDER).glob("*/")]
+    items = []
+    for path in paths:
+        with contextlib.suppress(OSError):  # removed by another process, or not complete
+            is_home = path.is_dir()
+            used = (path / process.COMPLETE if is_home else path).stat().st_mtime
+            files = path.rglob("*") if is_home else [path]
+            size = sum(file.lstat().st_size for file in files if not file.is_dir())
+            items.append(Item(path, used, size))
     return items
 
 
