@@ -21,7 +21,7 @@ from harness.engines.output import release_of
 from harness.errors import RequestError
 from harness.files import committed, is_checkout, text_writer, write_files
 from harness.results.defects import KnownDefect
-from harness.results.rows import COLUMNS, ENGINE_FAILURES, KEY, Verdict, table
+from harness.results.rows import COLUMNS, KEY, Verdict, table
 from harness.store.runs import ROWS, Run, read_rows, rows_text
 
 ACCEPTED, DEFECTS, SCRIPTS = "reports/accepted", "inputs/known-defects.toml", "reports/defects"
@@ -54,9 +54,8 @@ def accept(run: Run, folder: Path | None = None) -> list[Path]:
         place = f"{committed(ACCEPTED)} belongs to the installed package"
         raise RequestError(f"accept: {place} and is not written; name a folder")
     folder = folder or committed(ACCEPTED)
-    died = run.rows["failure"].isin(ENGINE_FAILURES) & (run.rows["verdict"] == Verdict.FAIL)
-    if died.any():
-        raise RequestError(f"nothing is accepted: an engine failed in {int(died.sum())} rows")
+    if run.died:
+        raise RequestError(f"nothing is accepted: an engine failed in {run.died} rows")
     texts = {}
     for (engine, version), rows in run.rows.groupby(["engine", "version"], sort=True):
         file = folder / str(engine) / folder_name(str(version)) / ROWS

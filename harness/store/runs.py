@@ -20,7 +20,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
@@ -32,6 +32,7 @@ import pandas as pd
 
 from harness.errors import RequestError
 from harness.files import check_folder, safe_path, whole_folder
+from harness.model.base import Parameters
 from harness.results.compare import Mask, compare, counts, counts_of_changes, regressions
 from harness.results.rows import (
     COLUMNS,
@@ -60,8 +61,7 @@ NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 LOG_CHARACTERS = 2000  # of the end of a failed run's log
 
 
-@dataclass(frozen=True, kw_only=True)
-class Meta:
+class Meta(Parameters):
     """The request of a run, and its versions.
 
     ``engines`` maps names to versions, empty for an engine that could not be run; ``left_out``
@@ -122,11 +122,16 @@ class Run:
         3: an engine could not be run or died, or what was named tested nothing; 1: a verdict
         failed, a row is worse than accepted, or in a strict run a row was not tested; else 0.
         """
-        died = self.rows["failure"].isin(ENGINE_FAILURES) & (self.rows["verdict"] == Verdict.FAIL)
-        if died.any() or self.untested or not all(self.meta.engines.values()):
+        if self.died or self.untested or not all(self.meta.engines.values()):
             return 3
         failing = [Verdict.FAIL, Verdict.NOT_TESTED] if self.meta.strict else [Verdict.FAIL]
         return int(self.rows["verdict"].isin(failing).any() or not self.regressions.empty)
+
+    @property
+    def died(self) -> int:
+        """Return the number of rows in which an engine failed."""
+        failed = self.rows["verdict"] == Verdict.FAIL
+        return int((failed & self.rows["failure"].isin(ENGINE_FAILURES)).sum())
 
     @property
     def _judged(self) -> pd.DataFrame:
@@ -193,7 +198,7 @@ class Run:
         return {
             "status": self.status,
             "headline": self.headline,
-            **asdict(self.meta),
+            **self.meta.model_dump(),
             "rows": json_records(self.rows),
             "regressions": json_records(self.regressions),
         }
@@ -225,7 +230,7 @@ def write_run(run: Run, folder: Path, files: Mapping[str, str | bytes] | None = 
     check_folder(folder)
     names = {text: f"{hashlib.sha256(_bytes(text)).hexdigest()[:16]}.log" for text in run.rows.log}
     stored = run.rows.assign(log=[names[text] if text else "" for text in run.rows.log])
-    record = {"format": FORMAT, "row_count": len(stored), **asdict(run.meta)}
+    record = {"format": FORMAT, "row_count": len(stored), **run.meta.model_dump()}
     contents: dict[str, str | bytes] = {
         ROWS: rows_text(stored),
         META: json.dumps(record, indent=1),
@@ -243,13 +248,23 @@ def write_run(run: Run, folder: Path, files: Mapping[str, str | bytes] | None = 
 
 def read_run(folder: Path) -> Run:
     """Return the run of a folder. Raise RequestError, naming folder and file, for anything else."""
-    record = _read_record(folder)
-    count = record.pop("row_count", None)
-    fields: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in record.items()}
+    file = folder / META
+    if not file.is_file():
+        raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}")
     try:
-        meta = Meta(**fields)
-    except TypeError as error:
-        raise RequestError(f"{folder / META}: {str(error).partition('() ')[2]}") from None
+        record = json.loads(_text_of(file))
+    except json.JSONDecodeError as error:
+        raise RequestError(f"{file}: is cut or damaged ({error})") from None
+    if not isinstance(record, dict) or "format" not in record:
+        raise RequestError(f"{file}: is not the file of a run")
+    if (version := record.pop("format")) != FORMAT:
+        text = f"has format {version}, this version of dem-harness reads {FORMAT}"
+        raise RequestError(f"{file}: {text}")
+    count = record.pop("row_count", None)
+    try:
+        meta = Meta(**record)
+    except RequestError as error:
+        raise RequestError(f"{file}: {error}") from None
     rows = read_rows(folder / ROWS)
     if len(rows) != count:
         raise RequestError(f"{folder / ROWS}: has {len(rows)} of {count} rows: it is cut")
@@ -263,23 +278,6 @@ def json_records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the lines of a table, JSON-ready: None for numbers that are not finite."""
     records = frame.astype(object).to_dict("records")
     return [{str(name): _finite(value) for name, value in record.items()} for record in records]
-
-
-def _read_record(folder: Path) -> dict[str, Any]:
-    file = folder / META
-    if not file.is_file():
-        raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}")
-    try:
-        record = json.loads(_text_of(file))
-    except ValueError as error:
-        raise RequestError(f"{file}: is cut or damaged ({error})") from None
-    version = record.pop("format", None) if isinstance(record, dict) else None
-    if version is None:
-        raise RequestError(f"{file}: is not the file of a run")
-    if version != FORMAT:
-        text = f"has format {version}, this version of dem-harness reads {FORMAT}"
-        raise RequestError(f"{file}: {text}")
-    return dict(record)
 
 
 def _texts_below(folder: Path) -> dict[str, str]:
@@ -341,10 +339,9 @@ def exact_texts(rows: pd.DataFrame) -> pd.DataFrame:
 
 def read_rows(file: Path) -> pd.DataFrame:
     """Return the rows of a file. Raise RequestError, naming the file, where it is damaged."""
+    text = _text_of(file)
     try:
-        return parsed_rows(file.read_bytes().decode("utf-8"))
-    except OSError as error:
-        raise RequestError(f"{file}: cannot be read ({error.strerror})") from None
+        return parsed_rows(text)
     except (ValueError, csv.Error) as error:
         raise RequestError(f"{file}: {error}") from None
 

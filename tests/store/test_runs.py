@@ -20,7 +20,7 @@ META = Meta(level="quick", cases=("incline",), engines={"code": "1"}, named=("in
 
 
 def run_of(*several, **meta):
-    return Run(table(several), replace(META, **meta))
+    return Run(table(several), META.replace(**meta))
 
 
 # ---- exact
@@ -109,9 +109,11 @@ DAMAGE = {
     "row cut": ("rows.csv", lambda t: t[:t.rindex(",")], r"has \d+ of \d+ cells"),
     "other version": (
         "run.json", lambda t: t.replace('"format": 3', '"format": 2'), "has format 2"),
-    "other key": ("run.json", lambda t: t.replace('"strict"', '"tight"'), "unexpected .*'tight'"),
+    "other key": (
+        "run.json", lambda t: t.replace('"strict"', '"tight"'), "tight: no such parameter"),
     "key missing": (
-        "run.json", lambda t: t.replace(' "level": "quick",\n', ""), "missing .*level"),
+        "run.json", lambda t: t.replace(' "level": "quick",\n', ""), "level: must be given"),
+    "other type": ("run.json", lambda t: t.replace("1.25", '"long"'), "seconds = 'long'"),
     "not a run": ("run.json", lambda _: "[1]", "is not the file of a run"),
     "not text": ("run.json", lambda _: "\udcff", "is not UTF-8"),
 }  # fmt: skip

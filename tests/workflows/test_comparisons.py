@@ -23,7 +23,7 @@ ALIVE = ("flight", None)
 @pytest.fixture
 def runs(tmp_path):
     """Write three runs: the second is worse and of another version, the third moved back."""
-    meta = replace(META, engines={"code": "2"}, started="2026-01-02")
+    meta = META.replace(engines={"code": "2"}, started="2026-01-02")
     three = {
         "a": Run(rows(ALIVE), META, scripts={"code/in": "run 1"}),
         "b": Run(rows(ALIVE, ("angle", row(value=10.5))), meta, scripts={"code/in": "run 2"}),
