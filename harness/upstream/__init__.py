@@ -63,6 +63,7 @@ NOT_THERE = re.compile(
 )  # LAMMPS's words for a submodel or style that a release does not have, and for a missing file
 EQUAL_STEPS = 1e-9  # difference at equal steps, over the scale of a quantity: round-off is below
 MOST_PAIR_STEPS = 3e8  # of one run of the reference: some seconds
+MOST_SAMPLES = 100_000  # of spheres, in the search of one behind a plane
 MOST_SWITCHES = 3  # known defects that one motion shows together
 SAME_STEPS = Tolerance(EQUAL_STEPS, reason="the same steps under the same law: round-off")
 Progress = Callable[[str, int, int], None]
@@ -295,6 +296,8 @@ def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> Row:
     row = judge(replace(blank, value=_largest(*errors.values())), SAME_STEPS)
     if row.verdict is Verdict.PASS:
         return row
+    if _is_behind_a_plane(reading):
+        return not_tested(blank, "fix wall/gran: a sphere is behind a plane, which has two sides")
     speeds = _largest(*(errors[name][test.judged_segment] for name in SPEEDS))
     hidden = "upstream's tolerance hides it" if speeds <= test.tolerance else ""
     note = joined(place_of(errors), f"velocities off by {speeds:.2g}", hidden)
@@ -319,10 +322,6 @@ def reference_motion(reading: Reading) -> Motion:
     if number * (0.5 * (number - 1) + len(scene.walls)) * scene.steps > MOST_PAIR_STEPS:
         raise RequestError(f"{number} spheres for {scene.steps} steps: too many here")
     motion = reference.run(scene, reading.rules)
-    for wall in scene.walls:
-        members = motion.position[:, list(wall.bodies or ())]
-        if np.any((members - wall.point) @ wall.direction <= 0.0):
-            raise RequestError("fix wall/gran: a sphere is behind a plane, which has two sides")
     speed = np.linalg.norm(motion.velocity, axis=-1).max()
     nearer = 2.0 * scene.step * reading.list_steps * speed
     if number > 1 and not nearer <= reading.skin:
@@ -331,6 +330,17 @@ def reference_motion(reading: Reading) -> Motion:
             "may miss contacts"
         )
     return motion
+
+
+def _is_behind_a_plane(reading: Reading) -> bool:
+    """Return whether a sphere ever is behind a plane: LAMMPS's push to both sides."""
+    scene = reading.scene
+    every = max(1, scene.steps * len(scene.bodies) // MOST_SAMPLES)
+    motion = reference.run(scene.model_copy(update={"every": every}), reading.rules)
+    return any(
+        np.any((motion.position[:, list(wall.bodies or ())] - wall.point) @ wall.direction <= 0.0)
+        for wall in scene.walls
+    )
 
 
 def scaled_errors(reading: Reading, motion: Motion, states: Sequence[State]) -> Errors:

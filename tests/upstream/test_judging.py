@@ -214,23 +214,28 @@ def test_a_dump_with_nan_is_an_error(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "command",
-    ["neigh_modify delay 20000 every 1", "neighbor 1e-5 nsq",
-     "neigh_modify delay 0 every 4000 check yes"],
+    "neighbours",
+    [{"neigh_modify": ["neigh_modify delay 20000 every 1"]},
+     {"neigh_modify": [], "neighbor": ["neighbor 1e-5 nsq"]},
+     {"neigh_modify": ["neigh_modify delay 0 every 90 check yes"],
+      "neighbor": ["neighbor 2e-4 nsq"]}],
 )  # fmt: skip
-def test_a_list_that_may_miss_a_contact_is_not_tested(command, lmp):
+def test_a_list_that_may_miss_a_contact_is_not_tested(neighbours, lmp):
     """A release before 2023 keeps a list for ten steps unless a test says otherwise."""
-    listed = {} if command.startswith("neigh_modify") else {"neigh_modify": []}
-    run = run_upstream([askew(command, **listed)], {"here": lmp})
+    run = run_upstream([askew(**neighbours)], {"here": lmp})
     assert set(run.rows["verdict"]) == {"not tested"}
     motion = rows_by_key(run)["askew", MOTION, "newton on"]
     assert "may miss contacts" in motion.note
 
 
-def test_a_plane_with_a_sphere_behind_it_is_not_tested(lmp):
+@pytest.mark.parametrize("speed", [0, -60])  # behind from the start, or in between
+def test_a_plane_with_a_sphere_behind_it_is_not_tested(lmp, speed):
     """LAMMPS's planes push to both sides, those of the reference to one."""
     wall = "hooke 1e5 5 damping velocity tangential linear_history 3e4 0.1 0.4"
-    run = run_upstream([askew(f"fix w all wall/gran granular {wall} zplane 0 NULL")], {"here": lmp})
+    place = 0.0 if speed == 0 else -0.0205
+    floor = f"fix w lower wall/gran granular {wall} zplane {place} NULL"
+    test = askew(floor, set=["set group all diameter 0.02 density 2500", f"set type 1 vz {speed}"])
+    run = run_upstream([named(test, segments=(2000,))], {"here": lmp})
     motion = rows_by_key(run)["askew", MOTION, "newton off"]
     assert (motion.verdict, "behind a plane" in motion.note) == ("not tested", True)
 

@@ -46,6 +46,7 @@ UNDERSTOOD = {
     "at rest": askew("velocity lower set 0 0 0", fix=UPPER),
     "carried": askew(fix=["fix a lower nve/noforce", *UPPER]),
     "gravity twice": askew("fix g all gravity 9 vector 0 0 -1", "fix h all gravity 3 vector 2 0 0"),
+    "spheres moved after a run": askew("run 0", "set type 1 z -0.0099"),
     "drag": askew("fix drag all viscous 0.01"),
     "mixed materials": askew(pair_coeff=pair(
         f"1 1 hertz/material 1e8 1 0.3 {LINEAR} 3e4 0.5 0.3 rolling sds 1e3 0.1 0.1",
@@ -62,6 +63,10 @@ UNDERSTOOD = {
     "walls of groups": askew(
         "set type 1 type 2", f"fix floor all {FLOOR} zplane -0.02 0.0201",
         f"fix side lower {FLOOR} limit_damping xplane NULL 0.0099",
+    ),
+    "a slit that the other sphere is too wide for": askew(
+        f"fix slit lower {FLOOR} xplane -0.0099 0.0051",
+        set=[SIZE, "set type 1 diameter 0.01 density 2500", "set type 1 vz 0.5"],
     ),
     "old styles": askew(
         "fix floor all wall/gran hertz/history 1e8 NULL 9 NULL 0 1 limit_damping zplane -0.02 NULL",
@@ -135,7 +140,10 @@ NOT_UNDERSTOOD = {
     "leaves the plane": askew(**lying()),
     "no sphere at the start": askew(),
     "the nearer one alone": askew(f"fix w all {FLOOR} zplane -0.0101 0.0098"),
-    "'set' after a run": askew("run 0", "set type 1 z -0.0101"),
+    "'set' after a run": askew("run 0", "set type 1 z -0.0101",
+                               pair_coeff=pair("* * jkr 1e8 1 0.3 5 damping velocity "
+                                               "tangential linear_nohistory 0 0")),
+    "no sphere is free": askew("fix d all viscous 0.01", fix=["fix a all nve/noforce"]),
     "'0' after a step": named(askew(), segments=(0, 300, 0)),
 }  # fmt: skip
 # by the word that the error names
