@@ -7,7 +7,6 @@ weights over diameters, k d / (m g).
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
@@ -38,7 +37,12 @@ def _with_tail(value: object) -> object:
 
 
 class Packing(Parameters):
-    """Layers of grains on a base in a periodic box, and how they are simulated."""
+    """Layers of grains on a base in a periodic box, and how they are simulated.
+
+    A system gives the time that a run is expected to take [sqrt(d/g)].
+    """
+
+    time: ClassVar[property]
 
     # fmt: off
     contact: Annotated[NamedContact, BeforeValidator(_with_tail)] = Field(
@@ -125,16 +129,6 @@ class Packing(Parameters):
         """Return the time step [sqrt(d/g)]."""
         return math.pi / math.sqrt(self.stiffness_over_weight) / self.steps_per_contact
 
-    @property
-    @abstractmethod
-    def time(self) -> float:
-        """Return the time that a run is expected to take [sqrt(d/g)]."""
-
-    @property
-    def particle_steps(self) -> float:
-        """Return the expected steps of a run times its particles."""
-        return self.time / self.step * (self.grains + self.length * self.width)
-
 
 P = TypeVar("P", bound=Packing)
 
@@ -164,12 +158,13 @@ class PackingCase(Case[P]):
 
     def job(self, parameters: P) -> Job:
         """Return the job of one run."""
-        seconds = SECONDS_PER_STEP * parameters.particle_steps
+        seconds = SECONDS_PER_STEP * self.cost(parameters)
         return Job(self.template, script_values(parameters), seconds=seconds)
 
     def cost(self, parameters: P) -> float:
         """Return the expected steps of a run times its particles."""
-        return parameters.particle_steps
+        p = parameters
+        return float(p.time / p.step * (p.grains + p.length * p.width))
 
 
 def script_values(p: Packing) -> dict[str, Value]:

@@ -94,6 +94,7 @@ START = Tolerance(
     reason="a grain that slides from rest has the speed of the criterion sqrt(2 speed/rise) later "
     "at most; the weight presses m g/k into the row",
 )
+SCATTER = Tolerance(0.033, reason="runs of other rounding part: twice the scatter over six bases")
 
 
 def profile_in(output: Output) -> dict[str, Floats]:
@@ -152,9 +153,9 @@ class LayersCase(PackingCase[Layers]):
             values["solid_fraction"] = middle_fraction(output)
         if verdict != "stopped":
             raise EngineUndecidedError(f"undecided: {_reason(parameters, output)}", values)
-        missing = [name for name in names if name not in values and name != "start_angle_deg"]
-        if missing:
-            raise EngineOutputError(f"{output.engine} left an incomplete result ({missing[0]!r})")
+        for name in names:
+            if name not in values and name != "start_angle_deg":
+                raise EngineOutputError(f"{output.engine} left an incomplete result ({name!r})")
         return values
 
     def exact(self, parameters: Layers) -> Mapping[str, float]:
@@ -177,8 +178,7 @@ class LayersCase(PackingCase[Layers]):
         flow = self.job(SMALL_FLOW)
         yield Check(
             setup="4 layers, 8 x 4 d, from 16 deg", quantity="solid_fraction", unit="1",
-            kind=Kind.RECORDED, jobs=[flow], tolerance=Tolerance(
-                0.033, reason="runs of other rounding part: twice the scatter over six bases"),
+            kind=Kind.RECORDED, jobs=[flow], tolerance=SCATTER,
             measure=lambda bench: middle_fraction(bench.output(flow)),
         )  # fmt: skip
 

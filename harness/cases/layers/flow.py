@@ -188,6 +188,9 @@ class Measurement:
         shear, normal = (
             float(profile[name].sum() * SLICE) for name in ("shear_stress", "normal_stress")
         )
+        each = [{name: v[k] for name, v in self.sums.items()} for k in range(len(self.blocks))]
+        middles, middle = [self._middle(sums) for sums in each], self._middle(self.mean)
+        scatter = {name: uncertainty_of(np.array([m[name] for m in middles])) for name in middle}
         return {
             "mean_speed": float(speed.mean()),
             "mean_speed_uncertainty": float(uncertainty_of(speed)),
@@ -202,20 +205,12 @@ class Measurement:
             "normal_stress_balance": normal / moments[1],
             "kinetic_energy_drift": drift[0],
             "kinetic_energy_drift_uncertainty": drift[1],
-            **self._middle_means(),
+            **middle,
+            **{f"{name}_uncertainty": float(half) for name, half in scatter.items()},
         }
 
-    def _middle_means(self) -> dict[str, float]:
-        """Return means between the quartiles of the grains' heights, with uncertainties."""
-        each = [{name: v[k] for name, v in self.sums.items()} for k in range(len(self.blocks))]
-        blocks = [self._middle(sums) for sums in each]
-        values = self._middle(self.mean)
-        for name in [*values]:
-            scatter = uncertainty_of(np.array([block[name] for block in blocks]))
-            values[f"{name}_uncertainty"] = float(scatter)
-        return values
-
     def _middle(self, sums: Mapping[str, Floats]) -> dict[str, float]:
+        """Return means between the quartiles of the grains' heights."""
         count, profile = sums["count"], self._profile(sums)
         middle = middle_half(count)
         height, speed = self.height[middle], profile["velocity"][middle]
@@ -377,11 +372,8 @@ class FlowCase(PackingCase[Flow]):
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return friction and solid fraction over the inertial number, of each engine."""
-        flows = {
-            bench.engine.title: values
-            for name, bench in benches.items()
-            if name != OWN and (values := self._flows(bench))
-        }
+        engines = [bench for name, bench in benches.items() if name != OWN]
+        flows = {b.engine.title: values for b in engines if (values := self._flows(b))}
         if not flows:
             return ()
         drawing = Drawing(
