@@ -64,7 +64,7 @@ def test_a_measurement_that_is_not_a_number_fails_whatever_its_kind(kind):
 
 
 REQUEST = Meta(level="full", cases=("incline",), engines={"code": "1"})
-QUICK = replace(REQUEST, level="quick")
+QUICK = REQUEST.replace(level="quick")
 DEFECT = {"verdict": Verdict.KNOWN_DEFECT, "failure": Failure.NONE, "defect": "weak"}
 NARROW, WIDE = Tolerance(0.0, 1e-6), Tolerance(0.5)
 MOVED = finding(row("difference", 0.3))
@@ -113,7 +113,7 @@ def test_class_of_a_planted_change(name):
      {"left_out": ("other",)}],
 )  # fmt: skip
 def test_a_row_that_was_not_requested_is_not_comparable(other):
-    covers = replace(REQUEST, **other).covers
+    covers = REQUEST.replace(**other).covers
     accepted = table([row(check="other")])
     missing = compare(accepted, accepted.iloc[:0], covers_after=covers)
     appeared = compare(accepted.iloc[:0], accepted, covers_before=covers)
