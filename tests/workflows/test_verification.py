@@ -187,6 +187,14 @@ def test_checks_and_comparisons_that_raise_are_a_row_each(monkeypatch):
     assert sorted(rows["engine"]) == ["good", "harness", "lammps", "lammps"]
 
 
+def test_a_case_whose_comparisons_raise_keeps_its_checks(monkeypatch):
+    monkeypatch.setattr(doubles.BounceCase, "comparisons", lambda *_: 1 / 0)
+    rows = verified().rows
+    own = rows[rows["engine"] == "harness"]
+    assert own["verdict"].tolist() == ["fail", "pass"]
+    assert "comparisons raised ZeroDivisionError" in own["note"].iloc[0]
+
+
 def test_an_unknown_level_is_refused():
     with pytest.raises(RequestError, match=r"level = 'long'.*quick, default, full"):
         verified(level="long")
