@@ -11,7 +11,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from harness.errors import EngineNaNError, EngineOutputError
@@ -332,14 +331,14 @@ def read_dump(text: str, program: str) -> Table:
             raise ValueError("it is cut")
         count, names = int(lines[3]), lines[_HEADER - 1].split()[2:]
         block = _HEADER + count
-        frames = [lines[start : start + block] for start in range(0, len(lines), block)]
-        if len(frames[-1]) != block:
+        if len(lines) % block:
             raise ValueError(f"{len(lines)} lines, not blocks of {block}")
-        if any(int(frame[3]) != count for frame in frames):
+        if any(line != lines[3] for line in lines[3::block]):
             raise ValueError("the number of particles changes")
-        steps = np.array([float(frame[1]) for frame in frames])
-        rows = np.loadtxt(list(chain(*(frame[_HEADER:] for frame in frames))), ndmin=2)
-        rows = rows.reshape(len(steps), count, len(names))
+        steps = np.array([float(line) for line in lines[1::block]])
+        # the first line of each frame, then the second: there may be many frames of few particles
+        texts = [text for first in range(_HEADER, block) for text in lines[first::block]]
+        rows = np.loadtxt(texts, ndmin=2).reshape(count, len(steps), len(names)).swapaxes(0, 1)
         order = np.argsort(rows[:, :, names.index("id")], axis=1)
         rows = np.take_along_axis(rows, order[:, :, None], axis=1)
         if np.any(np.diff(rows[:, :, names.index("id")], axis=0)):
