@@ -164,18 +164,24 @@ def sticking_friction(half_angle_deg: float, inertia: float) -> float:
     return inertia / (1.0 + inertia) * math.tan(math.radians(half_angle_deg))
 
 
+def friction_to_roll(arc_end: float, inertia: float) -> float:
+    """Return the friction [-] with which a grain from rest on a crest rolls up to an angle [rad].
+
+    Friction over normal force is largest at the end of the arc, beta sin(psi) / ((3 + beta)
+    cos(psi) - 2). Infinite where the rolling grain leaves the row.
+    """
+    normal = (3.0 + inertia) * math.cos(arc_end) - 2.0
+    return inertia * math.sin(arc_end) / normal if normal > 0.0 else math.inf
+
+
 def rolling_friction(half_angle_deg: float, inertia: float) -> float:
     """Return mu_r [-], from which a grain rolls all along at its critical angle.
 
-    Friction over normal force at the end of an arc, psi = phi + theta_c, after a start from rest
-    on the crest: beta sin(psi) / ((3 + beta) cos(psi) - 2). 0.32848 for equal spheres, 0.35666
-    for discs. Infinite where the rolling grain leaves the row.
+    0.32848 for equal spheres, 0.35666 for discs.
     """
     angle = critical_angle_without_loss(half_angle_deg, inertia)
-    psi = math.radians(half_angle_deg + angle)
-    normal = (3.0 + inertia) * math.cos(psi) - 2.0
-    along_arc = inertia * math.sin(psi) / normal if normal > 0.0 else math.inf
-    return max(along_arc, sticking_friction(half_angle_deg, inertia))
+    on_arc = friction_to_roll(math.radians(half_angle_deg + angle), inertia)
+    return max(on_arc, sticking_friction(half_angle_deg, inertia))
 
 
 # ---- with friction: rolling and sliding on arcs, plastic shocks
@@ -233,18 +239,38 @@ class State(NamedTuple):
 CREST = State(0.0, 0.0, 0.0)  # at rest
 
 
-def angle_with_friction(half_angle_deg: float, grain: Grain) -> tuple[float, str]:
-    """Return the critical angle [deg] of rigid grains without rebound, and its model.
+class RigidAngle(NamedTuple):
+    """A critical angle [deg] without rebound, its model, and what its shock leaves.
+
+    ``shock`` is the share of the kinetic energy, ``energy`` that energy [m g a].
+    """
+
+    degrees: float
+    model: str
+    shock: float
+    energy: float
+
+
+def rigid_angle(half_angle_deg: float, grain: Grain) -> RigidAngle:
+    """Return the critical angle of rigid grains without rebound.
 
     Raise LeavesRow for a grain that leaves the row at a smaller tilt.
     """
     if grain.friction == 0.0:
         if half_angle_deg > largest_half_angle(grain):
             raise LeavesRow("the grain leaves the row below its critical angle")
-        return critical_angle_without_loss(half_angle_deg, 0.0), FRICTIONLESS
-    if grain.friction >= rolling_friction(half_angle_deg, grain.inertia):
-        return critical_angle_without_loss(half_angle_deg, grain.inertia), ROLLING
-    return integrated_critical_angle(half_angle_deg, grain), INTEGRATED
+        model, inertia = FRICTIONLESS, 0.0
+    elif grain.friction >= rolling_friction(half_angle_deg, grain.inertia):
+        model, inertia = ROLLING, grain.inertia
+    else:
+        angle, phi = integrated_critical_angle(half_angle_deg, grain), math.radians(half_angle_deg)
+        before = over_arc(CREST, phi + math.radians(angle), grain)
+        speeds = (before.speed, before.rim), after_shock(before, grain, phi)
+        first, second = ((v * v + grain.inertia * w * w) / 2.0 for v, w in speeds)
+        return RigidAngle(angle, INTEGRATED, second / first, second)
+    angle = critical_angle_without_loss(half_angle_deg, inertia)
+    shock = kept_speed(half_angle_deg, inertia) ** 2
+    return RigidAngle(angle, model, shock, well_depth(angle, half_angle_deg))
 
 
 def integrated_critical_angle(half_angle_deg: float, grain: Grain) -> float:
@@ -288,15 +314,6 @@ def integrated_no_flight_bound(half_angle_deg: float, grain: Grain) -> float | N
             return None
         low, high = (middle, high) if stays else (low, middle)
     return math.degrees(low)
-
-
-def kept_energy(angle_deg: float, half_angle_deg: float, grain: Grain) -> tuple[float, float]:
-    """Return kinetic energies [m g a] before and after the shock of a start from rest."""
-    angle, phi = math.radians(angle_deg), math.radians(half_angle_deg)
-    before = over_arc(CREST, phi + angle, grain)
-    speeds = (before.speed, before.rim), after_shock(before, grain, phi)
-    first, second = ((v * v + grain.inertia * w * w) / 2.0 for v, w in speeds)
-    return first, second
 
 
 def _margin(angle: float, grain: Grain, half_angle: float) -> float:

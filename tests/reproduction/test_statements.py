@@ -97,7 +97,7 @@ def test_a_statement_on_an_engine_is_untested_only_where_its_own_run_failed(
         if case == refused:
             raise error("not this one")
         return CriticalAngle(value=10.21, uncertainty=1e-4, method="passage", case=case,
-                             mean_error=0.0, runs=(), steps=0, output=None)  # fmt: skip
+                             mean_error=0.0, runs=(), steps=0, provenance=None)  # fmt: skip
 
     monkeypatch.setattr("harness.reproduction.incline.angle_on", angle_on)
     statements = list(on_engine(Dead()))

@@ -3,60 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
-from importlib import resources
-from typing import TYPE_CHECKING, Any, TypeVar
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import Field
 
 from harness.cases.base import Case, Check, Level, Quantity, Value, path_in
 from harness.cases.bench import OWN, Bench
-from harness.cases.incline.angle import CriticalAngle, read
-from harness.cases.incline.checks import (
-    FRICTIONS,
-    PLASTIC_CASE,
-    SLIGHT_FRICTIONS,
-    checks,
-    first_jobs,
-    friction_case,
-    ladder_jobs,
+from harness.cases.incline.angle import CriticalAngle
+from harness.cases.incline.checks import checks
+from harness.cases.incline.closed_form import (
+    ONE_SHOCK,
+    expected_angle,
+    rebound,
 )
-from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound, rigid_angle
-from harness.cases.incline.search import (
-    FULL_LADDER,
-    PHASES,
-    QUICK_LADDER,
-    Ladder,
-    Measure,
-    angle_on,
-    engine_measure,
-    extrapolated_on,
-    prepared,
-    search,
-)
-from harness.cases.incline.system import Incline, Route, expected_steps, job_of, scene_of
+from harness.cases.incline.routes import expected_steps, job_of, scene_of
+from harness.cases.incline.runs import read
+from harness.cases.incline.search import PHASES, Measure, engine_measure, prepared, search
+from harness.cases.incline.sections import sections
+from harness.cases.incline.system import Incline, OverRow, Route
 from harness.engines.base import Engine, Job, Output
-from harness.errors import EngineError, RequestError, Unsupported
+from harness.errors import RequestError
 from harness.model.base import Parameters
-from harness.model.law import CLIPPED, CONTACTS, PLASTIC, SOURCE
+from harness.model.law import CONTACTS, PLASTIC, SOURCE
 from harness.model.scene import Scene
-from harness.report.content import Discs, Drawing, Opening, Section
-from harness.theory.incline import (
-    INERTIA,
-    STATIC_ANGLE_DEG,
-    critical_angle,
-    kept_speed,
-    passage_margin,
-    rolling_friction,
-)
-
-if TYPE_CHECKING:
-    from harness.report.figures import Figure
+from harness.report.content import Discs, Section
+from harness.theory.incline import kept_speed, passage_margin
 
 HARD_SPHERE = "hard-sphere"
-Result = TypeVar("Result")
+R = TypeVar("R", bound=OverRow)
 
 
 class Search(Parameters):
@@ -72,30 +49,11 @@ class Search(Parameters):
         PHASES, ge=1, le=1000, description="[-] starts within a step, a passage is their mean")
     # fmt: on
 
-    def angle(self, measure: Measure, case: Incline) -> CriticalAngle:
-        """Return the critical angle of a case; raise RequestError for what it cannot measure."""
-        case = prepared(case, self.method)
-        return search(measure, case, self.method, self.tolerance, self.starts)
 
+class OverRowCase(Case[R]):
+    """A grain on a tilted row: one passage, and the critical angle by a search."""
 
-def searched(names: Sequence[str], angle: CriticalAngle) -> dict[str, Value]:
-    """Return the quantities of a search, by name."""
-    values = {
-        "critical_angle_deg": Value(angle.value, angle.uncertainty),
-        "uncertainty_deg": Value(angle.uncertainty),
-        "monotone": Value(float(angle.monotone)),
-        "runs": Value(float(len(angle.runs))),
-    }
-    return {name: value for name, value in values.items() if name in names}
-
-
-class InclineCase(Case[Incline]):
-    """A grain on a tilted row of fixed spheres: the critical angle, with and without friction."""
-
-    name = "incline"
     group = "incline"
-    summary = "A grain on a tilted row of fixed spheres: the critical angle of steady motion."
-    parameters = Incline
     search_options = Search
     quantities = (
         Quantity("margin_over_mgd", "1", "energy left after one well, less that of a grain at rest "
@@ -112,6 +70,49 @@ class InclineCase(Case[Incline]):
                  "was", varies=("angle", "phase")),
         Quantity("runs", "1", "runs behind the critical angle", 10.0, varies=("angle", "phase")),
     )  # fmt: skip
+
+    @abstractmethod
+    def measure_on(self, bench: Bench, route: Route) -> Measure:
+        """Return a function that runs cases of a route on a bench."""
+
+    def measure(self, parameters: R, output: Output) -> Mapping[str, float]:
+        """Return the outcome of one passage."""
+        return read(parameters, "passage", output).quantities
+
+    def critical_angle(self, parameters: R, bench: Bench, **options: Any) -> CriticalAngle:
+        """Return the critical angle [deg]; ``options`` are those of :class:`Search`.
+
+        Raise RequestError for a contact that the method cannot measure.
+        """
+        chosen = Search(**options)
+        method, measure = chosen.method, self.measure_on(bench, chosen.method)
+        return search(measure, prepared(parameters, method), method, chosen.tolerance,
+                      chosen.starts)  # fmt: skip
+
+    def search(
+        self, names: Sequence[str], parameters: R, bench: Bench, **options: Any
+    ) -> Mapping[str, Value]:
+        """Search for the critical angle, as :meth:`critical_angle` does."""
+        try:
+            angle = self.critical_angle(parameters, bench, **options)
+        except RequestError as error:
+            text = str(error).replace("use method 'steady'", "use --set method=steady")
+            raise RequestError(text.replace("method = 'passage'", "--set method=passage")) from None
+        values = {
+            "critical_angle_deg": Value(angle.value, angle.uncertainty),
+            "uncertainty_deg": Value(angle.uncertainty),
+            "monotone": Value(float(angle.monotone)),
+            "runs": Value(float(len(angle.runs))),
+        }
+        return {name: value for name, value in values.items() if name in names}
+
+
+class InclineCase(OverRowCase[Incline]):
+    """A grain on a tilted row of fixed spheres: the critical angle, with and without friction."""
+
+    name = "incline"
+    summary = "A grain on a tilted row of fixed spheres: the critical angle of steady motion."
+    parameters = Incline
     presets = {  # noqa: RUF012 - as the base declares it
         name: Incline(contact=contact, steps_per_contact=100.0 if contact is PLASTIC else 50.0)
         for name, contact in CONTACTS.items()
@@ -123,13 +124,13 @@ class InclineCase(Case[Incline]):
         """Return the job of one passage."""
         return job_of(parameters, "passage")
 
-    def measure(self, parameters: Incline, output: Output) -> Mapping[str, float]:
-        """Return the outcome of one passage."""
-        return read(parameters, "passage", output).quantities
-
     def scene(self, parameters: Incline) -> Scene:
         """Return one passage as a scene."""
         return scene_of(parameters, "passage")
+
+    def measure_on(self, bench: Bench, route: Route) -> Measure:
+        """Return a function that runs cases in the engine of a bench."""
+        return engine_measure(bench, route)
 
     def exact(self, parameters: Incline) -> Mapping[str, float]:
         """Return the margin and the critical angle of rigid grains, of contacts that allow it."""
@@ -163,23 +164,6 @@ class InclineCase(Case[Incline]):
             "critical_angle_deg": hard_sphere.critical_angle(e),
         }
 
-    def search(
-        self, names: Sequence[str], parameters: Incline, bench: Bench, **options: Any
-    ) -> Mapping[str, Value]:
-        """Search for the critical angle; ``options`` are those of :class:`Search`.
-
-        Raise RequestError for a contact that the method cannot measure.
-        """
-        chosen = Search(**options)
-        measure = engine_measure(bench, chosen.method)
-        try:
-            return searched(names, chosen.angle(measure, parameters))
-        except RequestError as error:
-            text = str(error).replace("use method 'steady'", "use --set method=steady")
-            raise RequestError(text.replace("method = 'passage'", "--set method=passage")) from None
-
-    # ---- verification and report
-
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, of all levels."""
         return checks(engine)
@@ -190,8 +174,7 @@ class InclineCase(Case[Incline]):
 
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the sections of a report: the angle, the contacts, friction."""
-        engines = [bench for name, bench in benches.items() if name != OWN]
-        return [_opening(engines), Section("The contacts", CONTACTS_TEXT), *_friction(engines)]
+        return sections([bench for name, bench in benches.items() if name != OWN])
 
     def film_job(self, parameters: Incline, frames: int) -> Job:
         """Return the job of steady motion, with so many samples."""
@@ -220,129 +203,6 @@ class InclineCase(Case[Incline]):
             value=np.hypot(path["vx_m_per_s"], path["vy_m_per_s"])[:, None],
             value_label="speed (m/s)",
         )
-
-
-# ---- sections of a report
-
-STEPS = (
-    "In a well the velocity turns by 60 deg. Without rebound its part along the old path is lost "
-    "but for cos 60 deg = 1/2, so a quarter of the energy is left: E becomes (E + m g d sin θ) / 4 "
-    "from well to well.",
-    "The steady energy is E* = m g d sin θ / 3. The next crest takes C = m g d (1 - cos(30 deg - "
-    "θ)).",
-    f"E* = C at θ_c = 2 atan(tan(15 deg) / 3) = {critical_angle():.4f} deg: below it the grain is "
-    "trapped.",
-)
-TERMS = (
-    ("well", "where the grain touches two fixed spheres; the shock happens there"),
-    ("crest", "the highest point of the path, right above a sphere"),
-    ("passage", "a grain comes over a crest at rest; the energy left after one well, less that of "
-     "the next crest, is 0 at θ_c"),
-    ("steady", "the second way to θ_c: long runs, in which the grain moves on or is trapped"),
-    ("tail", "the part of a contact in which its dashpot pulls, as it opens; kept, or clipped"),
-    ("plastic", "a contact with strong damping and no tail: it hardly rebounds, as in the theory"),
-)  # fmt: skip
-CONTACTS_TEXT = f"""\
-- *source* (e = 1e-20, tail kept): the attractive tail holds back the contact that opens. The angle
-  rises above the closed form by about k^(-1/2) as the step goes to zero; at 50 steps the tail is
-  mostly skipped, and the two errors nearly cancel.
-- *clipped* (critical damping, no tail): smooth in the step, but it rebounds with
-  {rebound(CLIPPED):.3f}.
-- *plastic* (damping ratio {PLASTIC.zeta:g}, no tail): first order in the step and nearly in 1/k.
-  This is the e = 0 of the theory.
-
-With restitution a grain bounces several times within a well. Neither reading of the theory of one
-shock describes it: rigid spheres by events do (`dem-harness theory --restitution`)."""
-FRICTION_TEXT = """\
-A grain with friction rolls. The share s of its speed that a shock leaves grows from cos(2 phi) to
-(cos(2 phi) + beta) / (1 + beta), and the critical angle falls. Slight friction raises it first: it
-retards a grain that hardly spins yet. Between the closed forms a rigid grain is integrated with
-Coulomb's limit in shocks and on arcs. The contact's tangential dashpot is beta / (1 + beta) of the
-normal one: with equal ones, a shock sticks from mu = tan(phi) on."""
-
-
-def _opening(benches: Sequence[Bench]) -> Section:
-    drawings = [
-        Drawing(
-            "critical-angle-extrapolation",
-            f"Critical angle, extrapolated: {bench.engine.title}",
-            "Plastic contact, by passage. Left: first order in the step; open symbols are limits. "
-            "Right: those limits over the stiffness. Dashed: the closed form.",
-            limit.draw,
-        )
-        for bench in benches
-        for ladder in (FULL_LADDER, Ladder(), QUICK_LADDER)
-        if (limit := _measured(bench, ladder_jobs(PLASTIC_CASE, ladder),
-                               extrapolated_on, ladder, PLASTIC_CASE))
-    ]  # fmt: skip
-    sketch = resources.files(__package__) / "sketch.svg"
-    opening = Opening(
-        "At what angle does a grain without friction keep moving?",
-        sketch.read_text(encoding="utf-8"),
-        STEPS,
-        "Harper, Dufek and Breard (arXiv:2409.13633), after the model of Quartier et al. (2000)",
-        TERMS,
-        figure=drawings[0] if drawings else None,
-    )
-    return Section("The critical angle", opening=opening)
-
-
-def _friction(benches: Sequence[Bench]) -> Iterator[Section]:
-    cases = [friction_case(friction) for friction in (*SLIGHT_FRICTIONS, *FRICTIONS)]
-    measured = {
-        bench.engine.title: {
-            case.friction: angle.value
-            for case in cases
-            if (angle := _measured(bench, first_jobs(case), angle_on, case))
-        }
-        for bench in benches
-    }
-    if any(measured.values()):
-        drawing = Drawing(
-            "critical-angle-friction",
-            "Critical angle over friction",
-            f"Equal spheres, k = 1e6 N/m, 50 steps: from {critical_angle():.4f} deg without "
-            f"friction to {rigid_angle(friction_case(1.0))[0]:.4f} deg without slip. With little "
-            "friction stiffness and step move the angle by hundredths of a degree, and so does a "
-            "dashpot that Coulomb's limit leaves out.",
-            partial(over_friction, measured),
-        )
-        yield Section("Friction", FRICTION_TEXT, drawings=(drawing,))
-
-
-def _measured(
-    bench: Bench, jobs: Sequence[Job], search: Callable[..., Result], *args: Any
-) -> Result | None:
-    """Return the result of a search whose first jobs were run, None where they were not."""
-    try:
-        return search(bench, *args) if bench.has_run(jobs) else None
-    except (EngineError, Unsupported):  # it has a row
-        return None
-
-
-def over_friction(measured: Mapping[str, Mapping[float, float]]) -> Figure:
-    """Draw the critical angle over friction: theory as a line, angles [deg] of each engine."""
-    from harness.report.figures import BLACK, COLOURS, MARKERS, label, legend_below, panels
-
-    figure = panels(1, 1, 7.2, 4.2)
-    (axes,) = figure.axes
-    most = max(friction for angles in measured.values() for friction in angles)
-    frictions = np.concatenate([np.linspace(0.0, 0.12, 41), np.linspace(0.13, most, 20)])
-    theory = [rigid_angle(friction_case(float(mu)))[0] for mu in frictions]
-    axes.plot(frictions, theory, color=BLACK, lw=1.2, label="theory, rigid grain")
-    for number, (name, angles) in enumerate(measured.items(), 1):
-        look: dict[str, Any] = {
-            "marker": MARKERS[number % 6],
-            "color": COLOURS[number % 7],
-            "mfc": "none",
-        }
-        axes.plot([*angles], [*angles.values()], label=name, ls="", **look)
-    bound = rolling_friction(STATIC_ANGLE_DEG, INERTIA["sphere"])
-    if bound <= most:
-        axes.axvline(bound, color="0.5", ls=":", label=f"rolls without slip from {bound:.4f} on")
-    label(axes, "friction coefficient", "critical angle (deg)")
-    legend_below(figure, 3)
-    return figure
 
 
 CASE = InclineCase()

@@ -8,18 +8,20 @@ independent way to the angle. What another check decides already is of level ful
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from harness.cases.base import COLUMNS, Check, Value, path_in
+from harness.cases.base import COLUMNS, LEVELS, Check, Value, path_in
 from harness.cases.bench import Bench
 from harness.cases.checks import with_digits
-from harness.cases.incline.angle import read
+from harness.cases.incline.angle import friction_text
 from harness.cases.incline.closed_form import rigid_angle
+from harness.cases.incline.routes import job_of, scene_of
+from harness.cases.incline.runs import read
 from harness.cases.incline.search import (
     FULL_LADDER,
     QUICK_LADDER,
@@ -31,7 +33,7 @@ from harness.cases.incline.search import (
     prepared,
     reference_angle,
 )
-from harness.cases.incline.system import Incline, Route, friction_text, job_of, scene_of
+from harness.cases.incline.system import Incline, Route
 from harness.engines.base import Engine, Job
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.law import CLIPPED, PLASTIC, SOURCE
@@ -61,6 +63,11 @@ SLIGHT = PLASTIC_CASE.replace(friction=0.016)  # the highest critical angle
 # of the curve at 50 steps: where the angle is of the order k^(-1/2), and where it is not
 SLIGHT_FRICTIONS, FRICTIONS = (0.005, 0.016, 0.03), (0.05, 0.1, 0.2, 0.35, 0.5)
 DEFAULT_FRICTIONS = (0.016, 0.1, 0.5)
+
+SCALED: dict[str, dict[str, float]] = {  # the same motion in other units
+    "3 mm glass": {"diameter": 3e-3, "density": 2500.0},
+    "lunar gravity": {"gravity": 1.62},
+}
 
 COMPARED = Tolerance(reason="compared, not judged")
 SAME_STEPS = Tolerance(
@@ -95,89 +102,54 @@ SHOCK_ENERGY = Tolerance(
 
 def checks(engine: Engine, longest: Level = "full") -> Iterator[Check]:
     """Yield the checks of an engine up to a level; a slow one has fewer of many runs."""
-    slow = engine.traits.microseconds_per_step >= SLOW_MICROSECONDS
-    if not slow:
-        yield limit_check(PLASTIC_CASE, QUICK_LADDER, 1e-3, "quick")
-    yield from _quick_checks()
-    if longest == "quick":
-        return
-    if not slow:
-        yield limit_check(PLASTIC_CASE, Ladder(), 3e-4, "default")
-    for case in CASES:
-        for stiffness in (1e5, 1e7):
-            yield same_angle(case.replace(stiffness=stiffness), "default")
-    yield from (same_path(near_critical(case), "default") for case in (DISC, LARGE))
-    if not slow:
-        yield from _friction_curve(engine, longest)
-    if longest == "full":
-        yield from (same_angle(case, "full") for case in (DISC, LARGE))
-        if slow:
-            yield limit_check(PLASTIC_CASE, QUICK_LADDER, 1e-3, "full")
-        else:
-            yield from _ladders()
+    for level in LEVELS[: LEVELS.index(longest) + 1]:
+        of_level = {"quick": _quick, "default": _default, "full": _full}[level]
+        yield from (replace(check, level=level) for check in of_level(engine))
 
 
-def _quick_checks() -> Iterator[Check]:
+def _quick(engine: Engine) -> Iterator[Check]:
+    if not is_slow(engine):
+        yield limit_check(PLASTIC_CASE, QUICK_LADDER, 1e-3)
     for case in (*CASES, ROLLING, SLIDING):
-        yield same_angle(case, "quick")
+        yield same_angle(case)
         yield same_path(near_critical(case) if case.friction else case.replace(angle=PATH_ANGLE))
-    yield routes(SOURCE_CASE, "quick")
-    of_shocks = partial(_run_check, SHOCKS, "steady", unit="m g d")
-    yield of_shocks(
-        quantity="largest error of the energy after each shock",
-        measure=_worst_shock,
-        tolerance=SHOCK_ENERGY,
-        kind=Kind.ANALYTIC,
-    )
-    yield of_shocks(
-        quantity=f"largest error of the energy at {FIRST_CRESTS} crests",
-        measure=_worst_crest,
-        tolerance=partial(with_digits, SAME_CRESTS, 1.0),
-        check="reference",
-    )
-    for name, changes in (
-        ("3 mm glass", {"diameter": 3e-3, "density": 2500.0}),
-        ("lunar gravity", {"gravity": 1.62}),
-    ):
+    yield routes(SOURCE_CASE)
+    yield from _shock_checks()
+    for name, changes in SCALED.items():
         yield _same_units(name, CLIPPED_CASE.replace(**changes))
-    near = SOURCE_CASE.replace(angle=PATH_ANGLE)
     yield _run_check(
-        near,
-        setup=f"{_words_at(near)}, in-process against executable",
+        SOURCE_CASE.replace(angle=PATH_ANGLE),
+        ", in-process against executable",
         quantity="margin_over_mgd",
-        measure=partial(_margin, case=SOURCE_CASE),
-        expected=partial(_margin_of_twin, case=SOURCE_CASE),
+        measure=_margin,
+        expected=_margin_of_twin,
         tolerance=SAME_INSTRUCTIONS,
-        jobs=(job_of(SOURCE_CASE, "passage"),),
     )
     for case, note in (
         (SOURCE_CASE, "close by cancellation: step and stiffness have errors of opposite sign"),
         (SOURCE_CLIPPED, "clipping the tail makes a rebound where there was none"),
     ):
-        yield angle_check(
-            case, check="closed form", expected=critical_angle(), tolerance=COMPARED,
-            kind=Kind.FINDING, note=note,
-        )  # fmt: skip
+        yield angle_check(case, expected=critical_angle(), kind=Kind.FINDING, tolerance=COMPARED,
+                          check="closed form", note=note)  # fmt: skip
 
 
-def _friction_curve(engine: Engine, longest: Level) -> Iterator[Check]:
-    """Yield the course over friction; where a dashpot is not limited its angles are findings."""
-    coulomb = limits_dashpot(engine)
-    for friction in (*SLIGHT_FRICTIONS, *FRICTIONS):
-        judged = friction in FRICTIONS and coulomb
-        first = friction in DEFAULT_FRICTIONS and (judged or friction == SLIGHT.friction)
-        if first or longest == "full":
-            level: Level = "default" if first else "full"
-            yield against_theory(friction_case(friction), level, judged=judged)
+def _default(engine: Engine) -> Iterator[Check]:
+    if not is_slow(engine):
+        yield limit_check(PLASTIC_CASE, Ladder(), 3e-4)
+        yield from _friction_curve(engine, "default")
+    for case in CASES:
+        for stiffness in (1e5, 1e7):
+            yield same_angle(case.replace(stiffness=stiffness))
+    yield from (same_path(near_critical(case)) for case in (DISC, LARGE))
 
 
-def friction_case(friction: float) -> Incline:
-    """Return a case of the curve over friction."""
-    return PLASTIC_CASE.replace(friction=friction, steps_per_contact=50.0)
-
-
-def _ladders() -> Iterator[Check]:
-    """Yield limits and steady motion that repeat, for other grains, what shorter levels decide."""
+def _full(engine: Engine) -> Iterator[Check]:
+    """Yield also limits and steady motion of other grains, which shorter levels decide for one."""
+    yield from (same_angle(case) for case in (DISC, LARGE))
+    if is_slow(engine):
+        yield limit_check(PLASTIC_CASE, QUICK_LADDER, 1e-3)
+        return
+    yield from _friction_curve(engine, "full")
     for case, ladder, width in (
         (PLASTIC_CASE, FULL_LADDER, 3e-4),
         (ROLLING, QUICK_LADDER, 1e-3),
@@ -186,9 +158,24 @@ def _ladders() -> Iterator[Check]:
         (DISC, Ladder(), 3e-4),
         (SLIGHT, Ladder(), 2e-3),
     ):
-        yield limit_check(case, ladder, width, "full")
-    yield routes(PLASTIC_CASE, "full", 1e-3)
-    yield routes(ROLLING.replace(steps_per_contact=50.0), "full")
+        yield limit_check(case, ladder, width)
+    yield routes(PLASTIC_CASE, 1e-3)
+    yield routes(ROLLING.replace(steps_per_contact=50.0))
+
+
+def _friction_curve(engine: Engine, level: Level) -> Iterator[Check]:
+    """Yield the course over friction; where a dashpot is not limited its angles are findings."""
+    coulomb = limits_dashpot(engine)
+    for friction in (*SLIGHT_FRICTIONS, *FRICTIONS):
+        judged = friction in FRICTIONS and coulomb
+        first = friction in DEFAULT_FRICTIONS and (judged or friction == SLIGHT.friction)
+        if first is (level == "default"):
+            yield against_theory(friction_case(friction), judged=judged)
+
+
+def is_slow(engine: Engine) -> bool:
+    """Return whether an engine has fewer checks of many runs."""
+    return engine.traits.microseconds_per_step >= SLOW_MICROSECONDS
 
 
 def limits_dashpot(engine: Engine) -> bool:
@@ -201,6 +188,11 @@ def limits_dashpot(engine: Engine) -> bool:
     except Unsupported:
         return True
     return rules.damping_in_cap == "inside"
+
+
+def friction_case(friction: float) -> Incline:
+    """Return a case of the curve over friction."""
+    return PLASTIC_CASE.replace(friction=friction, steps_per_contact=50.0)
 
 
 def near_critical(case: Incline) -> Incline:
@@ -216,10 +208,6 @@ def words(case: Incline) -> str:
     )
 
 
-def _words_at(case: Incline) -> str:
-    return f"{words(case)}, {case.angle:g} deg"
-
-
 # ---- critical angles
 
 
@@ -232,11 +220,11 @@ def angle_check(
         angle = angle_on(bench, case, method, resolution_deg)
         return Value(angle.value, angle.uncertainty, angle.note)
 
-    return _of_angle(**{"setup": words(case), "measure": measure,
-                        "jobs": first_jobs(case, method), **how})  # fmt: skip
+    return Check(**{"setup": words(case), "quantity": "critical_angle_deg", "unit": "deg",
+                    "measure": measure, "jobs": first_jobs(case, method), **how})  # fmt: skip
 
 
-def limit_check(case: Incline, ladder: Ladder, width: float, level: Level) -> Check:
+def limit_check(case: Incline, ladder: Ladder, width: float) -> Check:
     """Return the angle of rigid grains, step to zero and stiffness to infinity, against theory."""
     stiffnesses = [case.stiffness * factor for factor in ladder.factors]
     setup = (
@@ -249,36 +237,34 @@ def limit_check(case: Incline, ladder: Ladder, width: float, level: Level) -> Ch
         return Value(angle.value, angle.uncertainty)
 
     tolerance = Tolerance(width, reason="the last corrections that the ladder resolves")
-    return _of_angle(setup=setup, measure=measure, expected=rigid_angle(case)[0],
-                     tolerance=tolerance, kind=Kind.ANALYTIC, level=level,
-                     jobs=ladder_jobs(case, ladder))  # fmt: skip
+    return angle_check(case, setup=setup, measure=measure, expected=rigid_angle(case)[0],
+                       tolerance=tolerance, kind=Kind.ANALYTIC,
+                       jobs=ladder_jobs(case, ladder))  # fmt: skip
 
 
-def same_angle(case: Incline, level: Level) -> Check:
+def same_angle(case: Incline) -> Check:
     """Return the angle of a case against the reference at equal steps."""
     return angle_check(
         case,
         measure=partial(_angle, case=case),
         expected=lambda bench: reference_angle(bench, case).value,
         tolerance=partial(with_digits, SAME_STEPS, 1.0 / SLOPE),
-        level=level,
         check="reference",
     )
 
 
-def against_theory(case: Incline, level: Level, *, judged: bool) -> Check:
+def against_theory(case: Incline, *, judged: bool) -> Check:
     """Return the angle of a case against that of a rigid grain, as a finding unless judged."""
     expected, model = rigid_angle(case)
     tolerance, kind = (FRICTION_CURVE, Kind.ANALYTIC) if judged else (COMPARED, Kind.FINDING)
-    return angle_check(case, expected=expected, tolerance=tolerance, level=level, kind=kind,
+    return angle_check(case, expected=expected, tolerance=tolerance, kind=kind,
                        check="rigid grain", note=model)  # fmt: skip
 
 
-def routes(case: Incline, level: Level, resolution_deg: float | None = None) -> Check:
+def routes(case: Incline, resolution_deg: float | None = None) -> Check:
     """Return the angle by steady motion against the one by passage."""
     return angle_check(case, "steady", resolution_deg, expected=partial(_angle, case=case),
-                       tolerance=ROUTES, level=level,
-                       check="steady motion against passage")  # fmt: skip
+                       tolerance=ROUTES, check="steady motion against passage")  # fmt: skip
 
 
 def _same_units(name: str, scaled: Incline) -> Check:
@@ -293,9 +279,6 @@ def _same_units(name: str, scaled: Incline) -> Check:
         tolerance=partial(with_digits, SAME_MOTION, 1.0 / SLOPE),
         check="same k d / (m g)",
     )
-
-
-_of_angle = partial(Check, quantity="critical_angle_deg", unit="deg")
 
 
 def _angle(bench: Bench, case: Incline) -> float:
@@ -316,19 +299,22 @@ def first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
 # ---- single runs
 
 
-def _run_check(case: Incline, route: Route = "passage", **how: Any) -> Check:
-    return Check(**{"setup": _words_at(case), "unit": "1", "expected": 0.0,
+def _run_check(
+    case: Incline, suffix: str = "", route: Route = "passage", *,
+    measure: Callable[[Bench, Incline], Value | float], **how: Any,
+) -> Check:  # fmt: skip
+    return Check(**{"setup": f"{words(case)}, {case.angle:g} deg{suffix}", "unit": "1",
+                    "measure": partial(measure, case=case), "expected": 0.0,
                     "jobs": (job_of(case, route),), **how})  # fmt: skip
 
 
-def same_path(case: Incline, level: Level = "quick") -> Check:
+def same_path(case: Incline) -> Check:
     """Return the largest difference of the path of a passage from the reference's."""
     return _run_check(
         case,
         quantity="largest difference of the path",
-        measure=partial(_path_difference, case=case),
+        measure=_path_difference,
         tolerance=partial(with_digits, SAME_PATH, 1.0),
-        level=level,
         check="reference",
         jobs=(job_of(case, "passage", EVERY),),
     )
@@ -344,30 +330,41 @@ def _path_difference(bench: Bench, case: Incline) -> Value | float:
     expected = path_in(reference)
     path, speed = path_in(output, len(expected["time_s"])), case.diameter / case.unit_of_time
     units = (case.unit_of_time, case.diameter, case.diameter, speed, speed)
-    errors = [
-        np.abs(path[name] - expected[name]) / unit
-        for name, unit in zip(COLUMNS, units, strict=True)
-    ]
-    return float(np.max(errors))
+    errors = [np.abs(path[name] - expected[name]) for name in COLUMNS]
+    return max(float(error.max()) / unit for error, unit in zip(errors, units, strict=True))
 
 
-def _worst_shock(bench: Bench) -> Value:
+def _shock_checks() -> Iterator[Check]:
+    """Yield the energy after each shock by theory, and at the first crests by the reference."""
+    of_shocks = partial(_run_check, SHOCKS, route="steady", unit="m g d")
+    yield of_shocks(
+        quantity="largest error of the energy after each shock",
+        measure=_worst_shock,
+        tolerance=SHOCK_ENERGY,
+        kind=Kind.ANALYTIC,
+    )
+    yield of_shocks(
+        quantity=f"largest error of the energy at {FIRST_CRESTS} crests",
+        measure=_worst_crest,
+        tolerance=partial(with_digits, SAME_CRESTS, 1.0),
+        check="reference",
+    )
+
+
+def _worst_shock(bench: Bench, case: Incline) -> Value:
     """Return the largest deviation from E[j+1] = (E[j] + dE) / 4; all wells must be passed."""
-    run = read(SHOCKS, "steady", bench.output(job_of(SHOCKS, "steady")))
-    if run.crest_margins.size < SHOCKS.wells:
-        return Value(math.inf, note=f"it passed {run.crest_margins.size} wells of {SHOCKS.wells}")
-    measured = run.crest_margins + well_depth(SHOCKS.angle)
-    expected = energies(float(measured[0]), measured.size - 1, SHOCKS.angle, SHOCK)
+    margins = read(case, "steady", bench.output(job_of(case, "steady"))).crest_margins
+    if margins.size < case.wells:
+        return Value(math.inf, note=f"it passed {margins.size} wells of {case.wells}")
+    measured = margins + well_depth(case.angle)
+    expected = energies(float(measured[0]), measured.size - 1, case.angle, SHOCK)
     return Value(float(np.abs(measured[1:] - expected).max()))
 
 
-def _worst_crest(bench: Bench) -> float:
+def _worst_crest(bench: Bench, case: Incline) -> float:
     """Return the largest difference of the margin at the first crests from the reference's."""
-    outputs = (
-        bench.output(job_of(SHOCKS, "steady")),
-        bench.reference_output(scene_of(SHOCKS, "steady")),
-    )
-    margins = [read(SHOCKS, "steady", o).crest_margins[:FIRST_CRESTS] for o in outputs]
+    outputs = bench.output(job_of(case, "steady")), bench.reference_output(scene_of(case, "steady"))
+    margins = [read(case, "steady", run).crest_margins[:FIRST_CRESTS] for run in outputs]
     if any(len(some) < FIRST_CRESTS for some in margins):
         return math.inf
     return float(np.abs(margins[0] - margins[1]).max())
@@ -377,7 +374,7 @@ def _margin(bench: Bench, case: Incline) -> float:
     return read(case, "passage", bench.output(job_of(case, "passage"))).margin
 
 
-def _margin_of_twin(bench: Bench, case: Incline) -> float:
+def _margin_of_twin(bench: Bench) -> float:
     try:
         twin = bench.engine.twin()
     except EngineMissingError as error:
@@ -385,4 +382,4 @@ def _margin_of_twin(bench: Bench, case: Incline) -> float:
     if twin is None:
         raise Unsupported("there is no other way to run it here")
     with twin:
-        return _margin(Bench(twin), case)
+        return _margin(Bench(twin), SOURCE_CASE.replace(angle=PATH_ANGLE))

@@ -7,12 +7,14 @@ with, and refuse contacts that a passage cannot measure.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NoReturn
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, NoReturn, get_args
 
 import numpy as np
 from scipy.optimize import brentq
 
-from harness.cases.incline.system import SPEED_AFTER_SHOCK, Incline, settled_before
+from harness.cases.incline.routes import SPEED_AFTER_SHOCK, settled_before
+from harness.cases.incline.system import Incline, OverRow
 from harness.errors import RequestError
 from harness.model.law import Contact
 from harness.report.content import Summarized
@@ -24,7 +26,7 @@ from harness.theory.chain import (
     shock_from_restitution,
 )
 from harness.theory.contact import restitution_clipped, restitution_unclipped
-from harness.theory.incline import FRICTIONLESS, INERTIA, INTEGRATED, ROLLING, Grain, Shape
+from harness.theory.incline import FRICTIONLESS, Grain, Shape
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,9 +39,6 @@ LONGEST_CONTACT = 10.0  # [pi / omega] after which a grain that has not left cre
 NO_REBOUND = 1e-6  # restitution below which the angle of rigid spheres is the closed form to 1e-10
 HIGHEST_FRICTION = 1e9
 LARGEST_SIZE_RATIO = 100.0  # with a critical angle of 5.6e-5 deg
-REBOUND_KEYS = (
-    "restitution", "one_shock_kept_deg", "one_shock_lost_deg", "event_driven_deg", "caveat",
-)  # fmt: skip
 ONE_SHOCK_CAVEAT = (
     "critical_angle_deg takes one collision for the many rebounds in a well: rigid spheres, "
     "event_driven_deg, differ from both readings at every restitution above 0"
@@ -49,7 +48,7 @@ ONE_SHOCK_CAVEAT = (
 # ---- the public function and its results
 
 
-class Theory(Summarized):
+class Theory(Summarized, SimpleNamespace):
     """A critical angle [deg] by theory, and what it rests on: attributes, JSON keys, a table.
 
     Of equal spheres without friction: shock, reading, bounds, energies in m g d at that angle. Of a
@@ -63,13 +62,6 @@ class Theory(Summarized):
     ``no_flight_bound_deg`` is None where steady motion is not reached within 180 wells.
     """
 
-    def __init__(self, **values: Any) -> None:
-        vars(self).update(values)
-
-    if TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any: ...
-
     def to_json(self) -> dict[str, Any]:
         """Return the values by name, JSON-ready."""
         return dict(vars(self))
@@ -78,18 +70,16 @@ class Theory(Summarized):
         """Return the values as a table of one row."""
         import pandas as pd
 
-        return pd.DataFrame([self.to_json()])
+        return pd.DataFrame([vars(self)])
 
     def summary(self) -> dict[str, str]:
         """Return the angle, its model and its shock; of a restitution also rigid spheres."""
-        values = self.to_json()
-        events, model = values.get("event_driven_deg"), values.get("model")
-        return {
-            "critical angle": f"{self.critical_angle_deg:.7g} deg",
-            **({"model": str(model)} if model else {}),
-            **({"rigid spheres, every rebound": f"{events:.7g} deg"} if events else {}),
-            "shock": f"{self.shock:.7g} of the energy is left",
-        }
+        texts = {"critical angle": f"{self.critical_angle_deg:.7g} deg"}
+        if model := vars(self).get("model"):
+            texts["model"] = model
+        if events := vars(self).get("event_driven_deg"):
+            texts["rigid spheres, every rebound"] = f"{events:.7g} deg"
+        return {**texts, "shock": f"{self.shock:.7g} of the energy is left"}
 
 
 def theory(
@@ -114,8 +104,7 @@ def theory(
     shocks = {"shock": shock, "restitution": restitution, "impulse-ratio": impulse_ratio}
     grains = {"friction": friction, "grain-diameter": grain_diameter, "shape": shape,
               "diameter": diameter}  # fmt: skip
-    names = [name for name, value in shocks.items() if value is not None]
-    used = [name for name, value in grains.items() if value is not None]
+    names, used = ([n for n, v in group.items() if v is not None] for group in (shocks, grains))
     if len(names) > 1 or (used and names):
         pair = names[:2] if len(names) > 1 else [used[0], names[0]]
         raise RequestError(f"--{' and --'.join(pair)}: give one of them only")
@@ -128,15 +117,20 @@ def theory(
     if used:
         row = 1.0 if diameter is None else diameter
         size = row if grain_diameter is None else grain_diameter
-        return _with_friction(friction or 0.0, size, shape or "sphere", row)
+        return _of_grain(friction or 0.0, size, shape or "sphere", row)
     if restitution is not None:
         reading = reading or "kept"
         shock = shock_from_restitution(restitution, reading)
     elif impulse_ratio is not None:
         reading = reading or "lost"
         shock = shock_from_impulse_ratio(impulse_ratio, reading)
-    shock = SHOCK_WITHOUT_REBOUND if shock is None else shock
-    angle, grows = incline.critical_angle(shock), shock >= 1.0
+    return _of_shock(SHOCK_WITHOUT_REBOUND if shock is None else shock, reading, restitution)
+
+
+def _of_shock(shock: float, reading: Reading | None, restitution: float | None) -> Theory:
+    """Return the theory of equal spheres; of a restitution also with rigid spheres by events."""
+    angle, grows, e = incline.critical_angle(shock), shock >= 1.0, restitution
+    kept, lost = (None, None) if e is None else _readings(e)
     return Theory(
         critical_angle_deg=angle,
         shock=shock,
@@ -146,17 +140,12 @@ def theory(
         well_depth=incline.well_depth(angle),
         gain_per_crest=incline.gain_per_crest(angle),
         steady_energy=None if grows else incline.steady_energy(angle, shock),
-        **_rebounds(restitution),
+        restitution=e,
+        one_shock_kept_deg=kept,
+        one_shock_lost_deg=lost,
+        event_driven_deg=None if e is None else _rigid_spheres(e),
+        caveat=ONE_SHOCK_CAVEAT if e else None,
     )
-
-
-def _rebounds(restitution: float | None) -> dict[str, Any]:
-    """Return the values of a restitution: both readings of one shock, and rigid spheres."""
-    if restitution is None:
-        return dict.fromkeys(REBOUND_KEYS)
-    caveat = ONE_SHOCK_CAVEAT if restitution else None
-    values = (restitution, *_readings(restitution), _rigid_spheres(restitution), caveat)
-    return dict(zip(REBOUND_KEYS, values, strict=True))
 
 
 def _readings(e: float) -> tuple[float, float]:
@@ -171,27 +160,33 @@ def _rigid_spheres(e: float) -> float | None:
     return hard_sphere.critical_angle(e) if e <= hard_sphere.MOST_RESTITUTION else None
 
 
-def _with_friction(friction: float, grain_diameter: float, shape: Shape, diameter: float) -> Theory:
-    _check(friction, grain_diameter, shape, diameter)
+def _of_grain(friction: float, grain_diameter: float, shape: Shape, diameter: float) -> Theory:
+    """Return the theory of a grain with friction or of another size than the row's spheres."""
+    most, sizes = LARGEST_SIZE_RATIO * diameter, "from 1e-30 to 1e30 m"
+    conditions = (
+        (0.0 <= friction <= HIGHEST_FRICTION, f"friction = {friction!r}", "from 0 to 1e9"),
+        (shape in get_args(Shape), f"shape = {shape!r}", "'sphere' or 'disc'"),
+        (1e-30 <= diameter <= 1e30, f"diameter = {diameter!r}", sizes),
+        (1e-30 <= grain_diameter <= 1e30, f"grain-diameter = {grain_diameter!r}", sizes),
+        (grain_diameter <= most, f"grain-diameter = {grain_diameter!r}",
+         f"at most {most:g} m, 100 times that of the row"),
+    )  # fmt: skip
+    for holds, value, allowed in conditions:
+        if not holds:
+            raise RequestError(f"{value} is not allowed: must be {allowed}")
     half, grain = incline.well_half_angle(grain_diameter / diameter), Grain.of(friction, shape)
     smallest = diameter * incline.smallest_size_ratio(grain)
     try:
-        angle, model = incline.angle_with_friction(half, grain)
+        rigid = incline.rigid_angle(half, grain)
     except incline.LeavesRow:
         raise RequestError(
             f"grain-diameter = {grain_diameter!r} is not allowed: must be at least "
             f"{math.ceil(1e6 * smallest / diameter) * 1e-6 * diameter:.7g} m at friction "
             f"{friction:g}, a smaller grain leaves the row below its critical angle"
         ) from None
-    depth, gain = incline.well_depth(angle, half), incline.gain_per_crest(angle, half)
-    shock = incline.kept_speed(half, grain.inertia if model == ROLLING else 0.0) ** 2
-    after = depth
-    if model == INTEGRATED:
-        before, after = incline.kept_energy(angle, half, grain)
-        shock = after / before
     return Theory(
-        critical_angle_deg=angle,
-        model=model,
+        critical_angle_deg=rigid.degrees,
+        model=rigid.model,
         friction=friction,
         shape=shape,
         diameter_m=diameter,
@@ -199,30 +194,15 @@ def _with_friction(friction: float, grain_diameter: float, shape: Shape, diamete
         smallest_grain_diameter_m=smallest,
         sticking_friction=incline.sticking_friction(half, grain.inertia),
         rolling_friction=incline.rolling_friction(half, grain.inertia),
-        shock=shock,
+        shock=rigid.shock,
         static_angle_deg=half,
-        no_flight_bound_deg=incline.no_flight_bound(shock, half)
-        if model == FRICTIONLESS
+        no_flight_bound_deg=incline.no_flight_bound(rigid.shock, half)
+        if rigid.model == FRICTIONLESS
         else incline.integrated_no_flight_bound(half, grain),
-        well_depth=depth,
-        gain_per_crest=gain,
-        steady_energy=after,
+        well_depth=incline.well_depth(rigid.degrees, half),
+        gain_per_crest=incline.gain_per_crest(rigid.degrees, half),
+        steady_energy=rigid.energy,
     )
-
-
-def _check(friction: float, grain_diameter: float, shape: str, diameter: float) -> None:
-    if not 0.0 <= friction <= HIGHEST_FRICTION:
-        raise RequestError(f"friction = {friction!r} is not allowed: must be from 0 to 1e9")
-    if shape not in INERTIA:
-        raise RequestError(f"shape = {shape!r} is not allowed: must be 'sphere' or 'disc'")
-    for name, value in (("diameter", diameter), ("grain-diameter", grain_diameter)):
-        if not 1e-30 <= value <= 1e30:
-            raise RequestError(f"{name} = {value!r} is not allowed: must be from 1e-30 to 1e30 m")
-    if grain_diameter > LARGEST_SIZE_RATIO * diameter:
-        raise RequestError(
-            f"grain-diameter = {grain_diameter!r} is not allowed: must be at most "
-            f"{LARGEST_SIZE_RATIO * diameter:g} m, 100 times that of the row"
-        )
 
 
 # ---- what is expected of a case
@@ -239,7 +219,7 @@ def rigid_angle(case: Incline) -> tuple[float, str]:
     if case.is_plain:
         return incline.critical_angle(), FRICTIONLESS
     grain = Grain.of(case.friction, case.shape)
-    return incline.angle_with_friction(math.degrees(case.half_angle), grain)
+    return incline.rigid_angle(math.degrees(case.half_angle), grain)[:2]
 
 
 def expected_angle(case: Incline) -> float | None:
@@ -277,7 +257,7 @@ def _one_shock_text(contact: Contact) -> str:
 # ---- contacts that a passage cannot measure
 
 
-def check_passage(case: Incline) -> None:
+def check_passage(case: OverRow) -> None:
     """Raise RequestError for a contact whose rebounds go on where a passage is judged.
 
     The restitution that decides is that of the contact in the steps of the case.
@@ -290,21 +270,21 @@ def check_passage(case: Incline) -> None:
     if in_steps > (most := most_restitution(case)):
         up_to = f", up to {in_steps:.3g} at {steps:g} steps per contact" if e <= most else ""
         refuse_passage(
-            case,
+            case.contact,
             f"one of restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}"
             f"{up_to})",
         )
 
 
-def refuse_passage(case: Incline, reason: str) -> NoReturn:
+def refuse_passage(contact: Contact, reason: str) -> NoReturn:
     """Raise RequestError for a contact that a passage cannot measure."""
     raise RequestError(
         "method = 'passage' needs a contact that ends the rebounds within one well, "
-        f"{reason}: use method 'steady'; {_one_shock_text(case.contact)}"
+        f"{reason}: use method 'steady'; {_one_shock_text(contact)}"
     )
 
 
-def most_restitution(case: Incline) -> float:
+def most_restitution(case: OverRow) -> float:
     """Return the restitution up to which a passage of a contact of this stiffness is measured.
 
     The hops of rigid spheres end a contact time before the passage is judged: those of a spring end
@@ -313,8 +293,9 @@ def most_restitution(case: Incline) -> float:
     from harness.solvers import hard_sphere
 
     upright = case.replace(angle=incline.critical_angle())
-    judged = settled_before(upright) + SPEED_AFTER_SHOCK * case.contact_time / case.unit_of_time
-    judged = math.degrees(judged)
+    judged = math.degrees(
+        settled_before(upright) + SPEED_AFTER_SHOCK * case.contact_time / case.unit_of_time
+    )
     if hard_sphere.hops_end(PASSAGES) >= judged:
         return PASSAGES
     return float(brentq(lambda e: hard_sphere.hops_end(e) - judged, 0.0, PASSAGES, xtol=1e-4))
@@ -334,13 +315,11 @@ def restitution_in_steps(zeta: float, steps: float, *, clipped: bool) -> float:
     h = math.pi / steps
     x = h * (np.arange(PLACES) + 0.5) / PLACES  # the overlap in the first step that sees it
     v = np.ones(PLACES)
-    touching = x > 0.0
     for _ in range(math.ceil(LONGEST_CONTACT * steps)):
         force = x + 2.0 * zeta * v
-        force = np.maximum(force, 0.0) if clipped else force
-        v = np.where(touching, v - h * force, v)
-        x = np.where(touching, x + h * v, x)
-        touching = touching & (x > 0.0)
-        if not touching.any():
+        # one that has left flies on, with its overlap negative
+        v -= np.where(x > 0.0, h * (np.maximum(force, 0.0) if clipped else force), 0.0)
+        x += h * v
+        if not np.any(x > 0.0):
             break
-    return max(exact, float(-v[~touching].min(initial=0.0)))
+    return max(exact, float(-v[x <= 0.0].min(initial=0.0)))

@@ -24,38 +24,38 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
-from typing import Any, Literal, NamedTuple, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from harness import __version__
-from harness.cases.base import Case, Check, Level, Value, path_in
+from harness.cases.base import Check, Level, Value, path_in
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import with_digits
-from harness.cases.incline.angle import CriticalAngle, Ends, Floats, Run, read
 from harness.cases.incline.case import CASE as INCLINE
-from harness.cases.incline.case import Search, searched
-from harness.cases.incline.search import engine_measure
-from harness.cases.incline.system import (
-    START_BEHIND_CREST,
-    START_SPEED,
-    Incline,
-    OverRow,
-    Route,
-    wells_of,
+from harness.cases.incline.case import OverRowCase
+from harness.cases.incline.routes import (
+    allowed_values,
+    expected_steps,
+    row_values,
+    scene_over,
+    start_load,
+    start_of,
 )
-from harness.cases.incline.system import TEMPLATE as INCLINE_TEMPLATE
-from harness.cases.incline.system import job_of as incline_job
-from harness.cases.incline.system import values_of as incline_values
+from harness.cases.incline.routes import job_of as incline_job
+from harness.cases.incline.runs import Run, read
+from harness.cases.incline.search import Measure, engine_measure
+from harness.cases.incline.system import Floats, Incline, OverRow, Route
 from harness.engines.base import Engine, Job, Output, Template
+from harness.engines.base import Value as ScriptValue
 from harness.engines.output import STAGES, Provenance
 from harness.engines.process import cores, parallel_map
 from harness.errors import EngineOutputError
-from harness.model.base import ZERO, allowed_in
+from harness.model.base import ZERO
 from harness.model.law import CONTACTS, SOURCE
 from harness.model.law import Law as ContactLaw
-from harness.model.scene import STAGE_COLUMNS, Body, Scene, Stage
+from harness.model.scene import STAGE_COLUMNS, Body, Scene
 from harness.results.rows import Kind, Tolerance
 from harness.theory.chain import LAWS, Law, compliance
 from harness.theory.incline import critical_angle as rigid_angle
@@ -63,10 +63,6 @@ from harness.theory.incline import critical_angle as rigid_angle
 Inside = Literal["damped", "elastic"]
 CHAIN = Provenance("harness", __version__, how="compiled")
 MOST_SUNK = 0.1  # [d] of a column under its own weight: more is another geometry
-OF_FRICTION = (
-    "friction", "grain_diameter", "shape", "tangential_stiffness", "tangential_damping",
-)  # fmt: skip
-VARIED = ("angle", "phase", "wells", "time_limit")  # by a search
 PATH_EVERY, LEAST_PATH = 50, 100  # steps between samples of a path, samples that are compared
 HEIGHTS: dict[int, Level] = {2: "quick", 4: "default", 8: "full"}
 # [deg] the source's angle of a tower of n contacts by law, where the impulse rescales the velocity
@@ -80,13 +76,11 @@ SOURCE_ANGLES: dict[tuple[Law, int], dict[str, float]] = {
     ("deformable", 8): {"kept": 17.6016086468081, "lost": 4.7398419351556775},
 }
 SAME_PATH = Tolerance(
-    absolute=1e-11, reason="columns of one particle are the incline's row: round-off of 1e4 steps"
+    1e-11, reason="columns of one particle are the incline's row: round-off of 1e4 steps"
 )
 SAME_STEPS: dict[Inside, Tolerance] = {
-    "damped": Tolerance(absolute=1e-11, reason="the same steps: round-off of 1e3 steps"),
-    "elastic": Tolerance(
-        absolute=1e-8, reason="the same steps: round-off, which the rattling magnifies"
-    ),
+    "damped": Tolerance(1e-11, reason="the same steps: round-off of 1e3 steps"),
+    "elastic": Tolerance(1e-8, reason="the same steps: round-off, which the rattling magnifies"),
 }
 
 
@@ -106,6 +100,8 @@ class Columns(OverRow):
         "damped", description="[-] contacts within columns: with the grain's dashpot or without")
     # fmt: on
 
+    counts_springs: ClassVar[bool] = False
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         case = self.incline  # raises RequestError for what the incline refuses
@@ -116,7 +112,7 @@ class Columns(OverRow):
                 f"under their own weight they would sink by {sunk:.3g} diameters; must be at "
                 f"least {self.stiffness * sunk / MOST_SUNK:.4g} N/m ({MOST_SUNK:g} diameters)"
             )
-        self.check_step(self.fewest_steps_per_contact)
+        self.check_step()
         return self
 
     @property
@@ -130,122 +126,28 @@ class Columns(OverRow):
         return self.law == "deformable" and self.n > 1
 
     @property
-    def fewest_steps_per_contact(self) -> float:
-        """Return the bound below which velocity Verlet is unstable.
+    def ends_on_crest(self) -> bool:
+        """Return True: up to there columns hold an energy that is not known."""
+        return True
 
-        Where the spring of the fastest motion is ``lambda`` contacts' and its dashpot ``mu``
-        contacts', Jury's criterion is lambda a^2 + 4 zeta mu a < 4 with a = omega dt. Both
-        are 4 over columns, the largest sum of a row of D M^-1 D^T (of the contacts of a grain in a
-        well: 2 + 1/2 + 1). The deformable law divides the spring by the lowest eigenvalue of T,
-        tau = 2 sin^2(pi / (2 (n + 1))): D M^-1 D^T <= 4 - 2 T + 1/2, so lambda = 4.5 / tau - 2.
+    @property
+    def stiffest_motion(self) -> tuple[float, float]:
+        """Return spring and dashpot [-] of the fastest motion, over those of one contact.
+
+        Both are 4 over columns, the largest sum of a row of D M^-1 D^T (of the contacts of a grain
+        in a well: 2 + 1/2 + 1). The deformable law divides the spring by the lowest eigenvalue of
+        T, tau = 2 sin^2(pi / (2 (n + 1))): D M^-1 D^T <= 4 - 2 T + 1/2, hence 4.5 / tau - 2.
         """
         if self.n == 1:
-            return self.incline.fewest_steps_per_contact
-        spring = 4.0
-        if self.deformable:
-            spring = 4.5 / (2.0 * math.sin(math.pi / (2.0 * (self.n + 1))) ** 2) - 2.0
-        dashpot = 8.0 * self.contact.zeta_against_full_mass / spring
-        return math.pi / (math.sqrt(dashpot**2 + 4.0 / spring) - dashpot)
+            return self.incline.stiffest_motion
+        lowest = 2.0 * math.sin(math.pi / (2.0 * (self.n + 1))) ** 2
+        return (4.5 / lowest - 2.0 if self.deformable else 4.0), 4.0
 
-
-# ---- rest
-
-
-class Loaded(NamedTuple):
-    """A column under a grain: overlap with it [m]; sinking of the top [m], energy [J] added."""
-
-    overlap: float
-    sunk: float
-    energy: float
-
-
-def loaded(case: Columns, force: float, beta: float) -> Loaded:
-    """Return the column under a ``force`` [N] of the grain at ``beta`` [rad] to the column."""
-    overlaps = _overlaps(case, force, beta)
-    added = overlaps - _overlaps(case)
-    sunk = float(np.sum(added[1:]))
-    energy = 0.5 * force * (float(added[0]) + math.cos(beta) * sunk)
-    return Loaded(float(overlaps[0]), sunk, energy)
-
-
-def sinking(case: Columns, force: float = 0.0, beta: float = 0.0) -> Floats:
-    """Return how deep the particles of a column at rest lie below touching [m], (n,), top first."""
-    return np.append(np.cumsum(_overlaps(case, force, beta)[:0:-1])[::-1], 0.0)
-
-
-def _overlaps(case: Columns, force: float = 0.0, beta: float = 0.0) -> Floats:
-    """Return the overlaps [m] at rest of the grain's contact and of those below, (n,)."""
-    weights = np.arange(1, case.n) * case.weight * math.cos(case.tilt)
-    press = np.concatenate([[force], force * math.cos(beta) + weights])
-    return np.asarray(compliance(case.n, case.deformable) @ press / case.stiffness)
-
-
-def crest_energy(case: Columns) -> float:
-    """Return the energy [J] of a grain at rest on the first crest: its height, no springs."""
-    crest = loaded(case, case.weight, case.tilt)
-    top = float(sinking(case)[0]) + crest.sunk
-    return case.weight * (case.diameter - crest.overlap - top * math.cos(case.tilt))
-
-
-def crest_place(case: Columns, well: Any) -> Any:
-    """Return the x [m] of the crest after ``well`` wells."""
-    radius = case.diameter - loaded(case, case.weight, case.tilt).overlap
-    return well * case.diameter - radius * math.sin(case.tilt)
-
-
-def allowed_margin(case: Columns) -> float:
-    """Return the margin [J] up to which a grain that moves back is trapped.
-
-    The grain's own energy is not highest at the crest: the sinking of the top changes there as the
-    load turns, by (compliance m g / k) sin(theta) per radian, which adds m g (s' cos(theta))^2 / 2
-    d. Four times this is allowed.
-    """
-    in_series = 2 * case.n - 3 if case.deformable else case.n - 1  # springs below the top
-    turn = in_series * case.weight / case.stiffness * math.sin(case.tilt) * math.cos(case.tilt)
-    return 2.0 * case.weight / case.diameter * turn**2
-
-
-# ---- starts
-
-
-def start_load(case: Columns) -> tuple[float, float]:
-    """Return the force [N] of the grain on the first top where a passage starts, and its beta."""
-    phi = _start_angle(case)
-    return case.weight * (3.0 * math.cos(phi) - 2.0), phi - case.tilt
-
-
-def _start_angle(case: Columns) -> float:
-    behind = math.radians(START_BEHIND_CREST)
-    rate = math.sqrt(2.0 * case.gravity * (1.0 - math.cos(behind)) / case.diameter)
-    return behind + case.phase * rate * case.step
-
-
-def start_of(case: Columns, route: Route) -> tuple[float, float, float, float]:
-    """Return x, y [m], vx, vy [m/s] at the start of a route.
-
-    A passage has the energy of the crest, with contact and column in balance; the column starts at
-    rest, as its speed is of order 1/k. Steady motion starts in a well.
-    """
-    d, weight, sunk = case.diameter, case.weight, float(sinking(case)[0])
-    if route == "steady":
-        speed = START_SPEED * math.sqrt(case.gravity * d)
-        return 0.5 * d, math.sqrt(0.75) * d - sunk, speed * math.sqrt(0.75), 0.5 * speed
-    phi, (force, beta) = _start_angle(case), start_load(case)
-    start, crest = loaded(case, force, beta), loaded(case, case.weight, case.tilt)
-    change = -3.0 * weight * math.sin(phi)  # of the force, with phi
-    half = 0.5 if case.deformable else 0.0
-    load_change = change * math.cos(beta) - force * math.sin(beta)
-    slope, r = -(change + half * load_change) / case.stiffness, d - start.overlap
-    kinetic = weight * (d - crest.overlap - r * math.cos(phi)) + crest.energy - start.energy
-    kinetic += weight * (start.sunk - crest.sunk) * math.cos(case.tilt)
-    omega = math.sqrt(2.0 * kinetic / case.mass / (r * r + slope * slope))
-    sine, cosine = math.sin(beta), math.cos(beta)
-    return (
-        r * sine,
-        r * cosine - sunk - start.sunk,
-        omega * (r * cosine + slope * sine),
-        omega * (slope * cosine - r * sine),
-    )
+    def rest_overlaps(self, force: float, load: float) -> Floats:
+        """Return the overlaps [m] at rest of the grain's contact and of those below, (n,)."""
+        weights = np.arange(1, self.n) * self.weight * math.cos(self.tilt)
+        press = np.concatenate([[force], load + weights]) / self.stiffness
+        return np.asarray(compliance(self.n, self.deformable) @ press)
 
 
 # ---- jobs and runs
@@ -254,24 +156,17 @@ def start_of(case: Columns, route: Route) -> tuple[float, float, float, float]:
 def job_of(case: Columns, route: Route = "passage", every: int | None = None) -> Job:
     """Return the job of a run: of one particle that of the incline's row, too."""
     scene = None if case.deformable else scene_of(case, route, every)
-    return Job(TEMPLATE, values_of(case, route, every), sampled=every is not None, scene=scene)
+    steps, values = expected_steps(case, route), values_of(case, route, every)
+    return Job(TEMPLATE, values, sampled=every is not None, scene=scene, steps=steps)
 
 
-def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str, Any]:
-    """Return the values of the script: the incline's without friction, and the columns'."""
-    values = incline_values(case.incline, route, every)
-    plain = {name: value for name, value in values.items() if name not in OF_FRICTION}
-    return {**plain, "n": case.n, "law": case.law, "inside": case.inside}
+def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str, ScriptValue]:
+    """Return the values of the script: those of any row, and the columns'."""
+    return {**row_values(case, route, every), "n": case.n, "law": case.law, "inside": case.inside}
 
 
-TEMPLATE = Template(
-    name="columns",
-    variants={"": values_of(Columns(), "passage")},
-    allowed={
-        **{n: limits for n, limits in INCLINE_TEMPLATE.allowed.items() if n not in OF_FRICTION},
-        **allowed_in(Columns),
-    },
-)
+_DEFAULTS = values_of(Columns(), "passage")
+TEMPLATE = Template("columns", {"": _DEFAULTS}, allowed=allowed_values(Columns, _DEFAULTS))
 
 
 def scene_of(case: Columns, route: Route = "passage", every: int | None = None) -> Scene:
@@ -279,8 +174,6 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
 
     Its laws are those of the overlap law; under the deformable law the columns rest elsewhere.
     """
-    fall = case.weight * case.diameter * math.sin(case.tilt)
-    floor = crest_energy(case) + allowed_margin(case)
     law = ContactLaw(
         normal_stiffness=case.stiffness,
         damping="velocity",
@@ -290,100 +183,58 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
     # the grain with each top, and the neighbours within a column
     places = product(range(case.spheres), range(case.n))
     pairs = tuple((i * case.n + j if j else 0, i * case.n + j + 1) for i, j in places)
-    return Scene(
+    return scene_over(
+        case, route, every, case.spheres,
         bodies=_bodies(case, route),
         law=law,
         laws={(1, 1): law.replace(damping="none")} if case.inside == "elastic" else {},
-        gravity=case.weight_along,
-        period=(case.spheres * case.diameter, None, None),
-        step=case.step,
-        steps=case.most_steps,
-        every=every or case.most_steps,
-        stages=tuple(
-            Stage(place=crest_place(case, well), floor=floor - well * fall)
-            for well in range(1, wells_of(case, route) + 1)
-        ),
         pairs=pairs if case.n > 1 else None,
-    )
+    )  # fmt: skip
 
 
 def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
-    x, y, vx, vy = start_of(case, route)
-    grain = Body(
-        radius=0.5 * case.diameter,
-        mass=case.mass,
-        type=2,
-        position=(x, y, 0.0),
-        velocity=(vx, vy, 0.0),
-    )
+    (x, y, vx, vy, _), radius = start_of(case, route), 0.5 * case.diameter
+    grain = Body(radius=radius, mass=case.mass, type=2, position=(x, y, 0.0),
+                 velocity=(vx, vy, 0.0))  # fmt: skip
     guided = grain.replace(type=1, velocity=ZERO, axes=(False, True, False))
     fixed = grain.replace(type=1, velocity=ZERO, motion="frozen")
-    depth = case.diameter * np.arange(case.n) + sinking(case)
-    first = case.diameter * np.arange(case.n) + sinking(case, *start_load(case))
+    force, phi = start_load(case) if route == "passage" else (0.0, 0.0)
     bodies = [grain]
     for i in range(case.spheres):
-        below = first if i == 0 and route == "passage" else depth
-        places = [(i * case.diameter, -float(deep), 0.0) for deep in below]
+        press = (0.0, 0.0) if i else (force, force * math.cos(phi - case.tilt))
+        depths = case.diameter * np.arange(case.n) + sinking(case, *press)
+        places = [(i * case.diameter, -float(depth), 0.0) for depth in depths]
         bodies += [guided.replace(position=place) for place in places[:-1]]
         bodies.append(fixed.replace(position=places[-1]))
     return tuple(bodies)
 
 
-def column_ends(case: Columns, _: Route, well: Floats, state: tuple[Floats, ...]) -> Ends:
-    """Return the ends of stages; margins are those of the grain alone, without springs."""
-    x, y, vx, vy = state
-    height = y * math.cos(case.tilt) - x * math.sin(case.tilt)
-    energy = 0.5 * case.mass * (vx * vx + vy * vy) + case.weight * height - crest_energy(case)
-    # of a top that rests without a grain: a grain in contact presses it further down
-    distance = np.hypot(x - well * case.diameter, y + float(sinking(case)[0]))
-    margin = energy / case.weight_energy + well * math.sin(case.tilt)
-    below = margin < allowed_margin(case) / case.weight_energy
-    return Ends(margin, crest_place(case, well), distance < case.diameter, below)
-
-
-read_run = partial(read, ends_of=column_ends)
+def sinking(case: Columns, force: float = 0.0, load: float = 0.0) -> Floats:
+    """Return how deep the particles of a column at rest lie below touching [m], (n,), top first."""
+    below = case.rest_overlaps(force, load)[1:]
+    return np.append(np.cumsum(below[::-1])[::-1], 0.0)
 
 
 def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> Run:
     """Return a run at equal steps: by the reference, under the deformable law by the chain's."""
     scene = scene_of(case, route)
     if not case.deformable:
-        return read_run(case, route, bench.reference_output(scene))
+        return read(case, route, bench.reference_output(scene))
     from harness.solvers.chain_stepped import run_columns
 
     stages = dict(zip(STAGE_COLUMNS, run_columns(scene, case.n).T, strict=True))
-    return read_run(case, route, Output((), CHAIN, {STAGES: stages}, title="the chain solver"))
-
-
-def critical_angle(case: Columns, bench: Bench, **options: Any) -> CriticalAngle:
-    """Return the critical angle [deg] of a case; ``options`` are those of the incline's search.
-
-    On the bench of this package's solvers it is that at equal steps.
-    """
-    chosen = Search(**options)
-
-    def measure(cases: Sequence[Incline]) -> Sequence[Run]:
-        varied = [case.replace(**{n: getattr(plain, n) for n in VARIED}) for plain in cases]
-        if bench.name == OWN:
-            at_equal_steps = partial(run_at_equal_steps, bench, route=chosen.method)
-            return parallel_map(at_equal_steps, varied, cores())
-        return engine_measure(bench, chosen.method, job_of, read_run)(varied)
-
-    return chosen.angle(measure, case.incline)
+    return read(case, route, Output((), CHAIN, {STAGES: stages}, title="the chain solver"))
 
 
 # ---- the case
 
 
-class ColumnsCase(Case[Columns]):
+class ColumnsCase(OverRowCase[Columns]):
     """The incline's grain on columns of n particles, the last one fixed: critical angle."""
 
     name = "columns"
-    group = "incline"
     summary = "The incline's grain on columns of n particles, the last one fixed: critical angle."
     parameters = Columns
-    quantities = INCLINE.quantities
-    search_options = Search
     presets = {  # noqa: RUF012 - as the base declares it
         "plastic": Columns(),
         **{
@@ -398,20 +249,17 @@ class ColumnsCase(Case[Columns]):
         """Return the job of one passage."""
         return job_of(parameters)
 
-    def measure(self, parameters: Columns, output: Output) -> Mapping[str, float]:
-        """Return the outcome of one passage."""
-        return read_run(parameters, "passage", output).quantities
-
     def exact(self, parameters: Columns) -> Mapping[str, float]:
         """Return the values of rigid spheres; none for columns that rebound."""
         rebounds = parameters.n > 1 and parameters.inside == "elastic"
         return {} if rebounds else INCLINE.exact(parameters.incline)
 
-    def search(
-        self, names: Sequence[str], parameters: Columns, bench: Bench, **options: Any
-    ) -> Mapping[str, Value]:
-        """Search for the critical angle; ``options`` as of the incline's."""
-        return searched(names, critical_angle(parameters, bench, **options))
+    def measure_on(self, bench: Bench, route: Route) -> Measure:
+        """Return a function that runs cases; on the bench of this package's solvers by those."""
+        if bench.name != OWN:
+            return engine_measure(bench, route, job_of)
+        at_equal_steps = partial(run_at_equal_steps, bench, route=route)
+        return lambda cases: parallel_map(at_equal_steps, cases, cores())
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the path over one particle, and margins at equal steps."""
@@ -463,7 +311,7 @@ def _same_margin(case: Columns) -> Check:
         quantity="margin_over_mgd",
         unit="1",
         check="equal steps",
-        measure=lambda bench: read_run(case, "passage", bench.output(job)).margin,
+        measure=lambda bench: read(case, "passage", bench.output(job)).margin,
         expected=lambda bench: run_at_equal_steps(bench, case).margin,
         tolerance=partial(with_digits, SAME_STEPS[case.inside], 1.0),
         jobs=[job],
@@ -489,7 +337,7 @@ def solver_checks() -> Iterator[Check]:
 
 def _angle(law: Law, height: int, bench: Bench) -> Value:
     case = Columns(n=height, law=law, stiffness=1e5, steps_per_contact=200.0)
-    angle = bench.once(critical_angle, case, bench, starts=4)
+    angle = bench.once(CASE.critical_angle, case, bench, starts=4)
     return Value(angle.value, angle.uncertainty)
 
 

@@ -26,7 +26,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from itertools import count, pairwise
 from typing import Any
 
@@ -36,16 +35,11 @@ from scipy.optimize import brentq, root_scalar
 
 from harness import __version__
 from harness.cases.bench import Bench
-from harness.cases.incline.angle import (
-    CriticalAngle,
-    ExtrapolatedAngle,
-    Fate,
-    Run,
-    extrapolate,
-    read,
-)
+from harness.cases.incline.angle import CriticalAngle, ExtrapolatedAngle, extrapolate
 from harness.cases.incline.closed_form import check_passage, refuse_passage
-from harness.cases.incline.system import Incline, Route, job_of, scene_of
+from harness.cases.incline.routes import job_of, scene_of
+from harness.cases.incline.runs import Fate, Run, read
+from harness.cases.incline.system import Incline, OverRow, Route
 from harness.engines.base import Job, Output
 from harness.engines.output import Provenance, motion_tables
 from harness.engines.process import cores, parallel_map
@@ -64,6 +58,7 @@ PHASES = 8  # starts within a step, over which a passage is averaged
 FIRST_ANGLES = (1.0 / 3.0, 0.35)  # of the half angle of the well: 10 and 10.5 deg
 MOST_SECANTS = 12  # a smooth margin takes three
 WINDOW = (0.98 / 3.0, 1.08 / 3.0)  # of the half angle of the well: 9.8 to 10.8 deg
+STEEPEST = 30.0  # [deg]
 SCAN, FINE_SCAN = 6, 8  # angles of the first scan, parts of an interval that is scanned again
 MOST_UNDECIDED = 2  # between a trapped and a moving angle
 HARDLY_A_MARGIN = 2e-4  # [m g d] 4^-5 of the excess at the start
@@ -78,6 +73,38 @@ TIME_PER_WELL = 40.0  # [sqrt(d/g)] least time limit of steady motion
 REFERENCE = Provenance("reference", __version__, how="compiled")
 RUNS: dict[Route, int] = {"passage": 12, "steady": 16}  # of a search, about
 DIGITS = 15  # of an engine whose margins are the reference's to round-off
+
+
+class Ladder(Parameters):
+    """Stiffnesses over that of a case, and steps per contact time, of an extrapolation."""
+
+    # fmt: off
+    factors: tuple[float, ...] = Field(
+        (0.1, 10**-0.5, 1.0, 10**0.5, 10.0), description="[-] stiffness over the case's stiffness")
+    steps_per_contact: tuple[float, ...] = Field(
+        (50.0, 100.0, 200.0, 400.0), description="[-] steps per contact time")
+    # fmt: on
+
+    @model_validator(mode="after")
+    def _check(self) -> Ladder:
+        if len(set(self.factors)) < 4 or min(self.factors) <= 0.0:
+            raise ValueError(f"factors = {self.factors}: needs four different positive ones")
+        if len(set(self.steps_per_contact)) < 3:
+            raise ValueError(f"steps_per_contact = {self.steps_per_contact}: needs three different")
+        return self
+
+    def cases(self, case: Incline) -> list[Incline]:
+        """Return the refined cases, the costliest first so that no core idles at the end."""
+        refined = [
+            case.replace(stiffness=case.stiffness * factor, steps_per_contact=steps)
+            for factor in self.factors
+            for steps in self.steps_per_contact
+        ]
+        return sorted(refined, key=lambda case: case.step)
+
+
+QUICK_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5), steps_per_contact=(50.0, 100.0, 200.0))
+FULL_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5, 10.0, 10**1.5, 100.0))
 
 
 def critical_angle(
@@ -99,7 +126,7 @@ def critical_angle(
     unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
     RequestError for a contact that rebounds too much for a passage.
     """
-    case, done = prepared(case or Incline(), method, wells), 0
+    done = 0
     with opened(engine, fresh=fresh) as running:
         run = engine_measure(Bench(running), method)
 
@@ -110,7 +137,8 @@ def critical_angle(
             progress(f"runs, {method}", done, max(RUNS[method], done))
             return runs
 
-        return search(measure, case, method, tolerance_deg, phases)
+        return search(measure, prepared(case or Incline(), method, wells), method, tolerance_deg,
+                      phases)  # fmt: skip
 
 
 def extrapolated_critical_angle(
@@ -148,7 +176,7 @@ def angle_on(
     if method == "passage" and bench.engine.traits.digits >= DIGITS:
         guide = reference_measure(bench, method)
         with suppress(EngineError, Unsupported):  # of the reference; an engine raises its own again
-            return search(measure, case, method, tolerance_deg, reference=guide)
+            return search(measure, case, method, tolerance_deg, guide=guide)
     return search(measure, case, method, tolerance_deg)
 
 
@@ -171,15 +199,13 @@ def extrapolated_on(
     return extrapolate(parallel_map(angle_of, cases, cores()))
 
 
-def engine_measure(
-    bench: Bench, route: Route, job: Callable[..., Job] = job_of, reader: Callable[..., Run] = read
-) -> Measure:
+def engine_measure(bench: Bench, route: Route, job: Callable[..., Job] = job_of) -> Measure:
     """Return a function that runs cases in the engine of a bench.
 
     Raise Unsupported for a case that the engine refuses, the first EngineError of a run.
     """
 
-    def measure(cases: Sequence[Incline]) -> list[Run]:
+    def measure(cases: Sequence[OverRow]) -> list[Run]:
         jobs = [job(case, route) for case in cases]
         if reason := next(filter(None, map(bench.refusal, jobs)), ""):
             raise Unsupported(reason)
@@ -188,7 +214,7 @@ def engine_measure(
             if isinstance(outcome, EngineError):
                 raise outcome
             try:
-                runs.append(reader(case, route, outcome))
+                runs.append(read(case, route, outcome))
             except EngineError as error:
                 raise error.with_log(error.log or outcome.log) from None
         return runs
@@ -210,42 +236,10 @@ def reference_measure(bench: Bench, route: Route) -> Measure:
     return lambda cases: parallel_map(run, cases, cores())
 
 
-class Ladder(Parameters):
-    """Stiffnesses over that of a case, and steps per contact time, of an extrapolation."""
-
-    # fmt: off
-    factors: tuple[float, ...] = Field(
-        (0.1, 10**-0.5, 1.0, 10**0.5, 10.0), description="[-] stiffness over the case's stiffness")
-    steps_per_contact: tuple[float, ...] = Field(
-        (50.0, 100.0, 200.0, 400.0), description="[-] steps per contact time")
-    # fmt: on
-
-    @model_validator(mode="after")
-    def _check(self) -> Ladder:
-        if len(set(self.factors)) < 4 or min(self.factors) <= 0.0:
-            raise ValueError(f"factors = {self.factors}: needs four different positive ones")
-        if len(set(self.steps_per_contact)) < 3:
-            raise ValueError(f"steps_per_contact = {self.steps_per_contact}: needs three different")
-        return self
-
-    def cases(self, case: Incline) -> list[Incline]:
-        """Return the refined cases, the costliest first so that no core idles at the end."""
-        refined = [
-            case.replace(stiffness=case.stiffness * factor, steps_per_contact=steps)
-            for factor in self.factors
-            for steps in self.steps_per_contact
-        ]
-        return sorted(refined, key=lambda case: case.step)
-
-
-QUICK_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5), steps_per_contact=(50.0, 100.0, 200.0))
-FULL_LADDER = Ladder(factors=(0.1, 10**-0.5, 1.0, 10**0.5, 10.0, 10**1.5, 100.0))
-
-
 # ---- a search
 
 
-def prepared(case: Incline, method: Route, wells: int | None = None) -> Incline:
+def prepared(case: OverRow, method: Route, wells: int | None = None) -> Any:
     """Return a case for a method: of steady motion with the wells to pass, and the time for it."""
     if method == "passage":
         return case
@@ -255,129 +249,121 @@ def prepared(case: Incline, method: Route, wells: int | None = None) -> Incline:
     return case.replace(wells=wells, time_limit=max(case.time_limit, TIME_PER_WELL * wells))
 
 
-def _wells_to_steady_motion(case: Incline) -> int:
+def _wells_to_steady_motion(case: OverRow) -> int:
     """Return the wells that shrink an excess of energy as ten do of a plain grain, by 4^-10.
 
     Each leaves the share s^2. Little friction takes some 1 / mu wells to change a spin.
     """
+    friction = getattr(case, "friction", 0.0)
     s = kept_speed(math.degrees(case.half_angle), case.rolling_inertia)
-    spin = 1.0 + SPIN_WELLS / case.friction if case.friction else 1.0
+    spin = 1.0 + SPIN_WELLS / friction if friction else 1.0
     return math.ceil(spin * WELLS * math.log(4.0) / -math.log(max(s * s, 1e-3)))
 
 
-def first_cases(case: Incline, method: Route) -> list[Incline]:
+def first_cases(case: OverRow, method: Route) -> list[Any]:
     """Return the cases that a search of a prepared case runs first, at once."""
+    half_angle = round(math.degrees(case.half_angle), 12)
+    parts = FIRST_ANGLES if method == "passage" else WINDOW
+    low, high = (round(part * half_angle, 12) for part in parts)
     if method == "passage":
-        return at_angles(case, _parts_of_well(case, FIRST_ANGLES))
-    ends = _parts_of_well(case, WINDOW)
+        return at_angles(case, [low, high])
     if _is_monotone(case):
-        return at_angles(_with_half_the_wells(case), ends)
-    return at_angles(case, np.linspace(*ends, SCAN))
+        return at_angles(_with_half_the_wells(case), [low, high])
+    return at_angles(case, np.linspace(low, high, SCAN))
 
 
-def at_angles(case: Incline, angles: Iterable[float]) -> list[Incline]:
+def at_angles(case: OverRow, angles: Iterable[float]) -> list[Any]:
     """Return a case at each of some angles [deg]."""
     return [case.replace(angle=float(angle)) for angle in angles]
 
 
 def search(
-    measure: Measure, case: Incline, method: Route, tolerance_deg: float | None = None,
-    phases: int = PHASES, reference: Measure | None = None,
+    measure: Measure, case: Any, method: Route, tolerance_deg: float | None = None,
+    phases: int = PHASES, guide: Measure | None = None,
 ) -> CriticalAngle:  # fmt: skip
     """Return the critical angle [deg] of a case by a function that runs cases of the route.
 
-    ``reference`` runs cases at equal steps, and may guide a passage.
+    ``guide`` runs cases at equal steps in the reference, and may lead a passage to its root.
     """
     tolerance = TOLERANCES_DEG[method] if tolerance_deg is None else tolerance_deg
     if method == "steady":
         return by_steady_motion(measure, case, tolerance)
     check_passage(case)
-    return by_passage(measure, case, tolerance, phases, reference)
+    return by_passage(measure, case, tolerance, phases, guide)
 
 
 # ---- by passage
 
 
 def by_passage(
-    measure: Measure, case: Incline, tolerance_deg: float = 1e-3, phases: int = PHASES,
-    reference: Measure | None = None,
+    measure: Measure, case: Any, tolerance_deg: float = 1e-3, phases: int = PHASES,
+    guide: Measure | None = None,
 ) -> CriticalAngle:  # fmt: skip
     """Return the root of the margin, averaged over starts within a step.
 
     The root is that of phase 0; then runs with the start shifted by fractions of a step show how
-    much it depends on where in a step a contact begins. With a ``reference`` its margins lead to
-    the root; they count where the margin that is measured there is the same. Raise
-    EngineOutputError without a root between 0 and 30 deg, RequestError for a grain in flight, whose
-    margin is not defined.
+    much it depends on where in a step a contact begins. The margins of a ``guide`` count where
+    the one that is measured at its root is the same. Raise EngineOutputError without a root
+    between 0 and 30 deg, RequestError for a grain in flight, whose margin is not defined.
     """
     first = list(measure(first_cases(case, "passage")))
     if len({run.margin for run in first}) == 1:
         raise EngineOutputError("the energy margin has no root: it is the same at every angle")
-    runs, root, slope = _located(first, reference or measure, case, tolerance_deg / 4.0)
+    runs, root, slope = _located(first, guide or measure, case, tolerance_deg / 4.0)
     cases = [case.replace(angle=root, phase=phase / phases) for phase in range(phases)]
     shifted = list(measure(cases))
-    if reference is not None:
-        (expected,) = reference(cases[:1])
+    if guide is not None:
+        (expected,) = guide(cases[:1])
         if not abs(shifted[0].margin - expected.margin) < SAME_MARGIN:
             return by_passage(measure, case, tolerance_deg, phases)
         runs = first
     if not all(run.touching for run in shifted):
-        refuse_passage(case, "here the grain was in flight at the crest")
+        refuse_passage(case.contact, "here the grain was in flight at the crest")
     angles = root - np.array([run.margin for run in shifted]) / slope
+    value, half_range = float(angles.mean()), float(np.ptp(angles)) / 2.0
     # the last correction is by a slope good to a few per cent: a tenth of it is uncertain
-    root_error = 0.1 * abs(float(angles.mean()) - root)
-    half_range = float(np.ptp(angles)) / 2.0
-    return _result(
-        [*runs, *shifted],
-        case,
-        "passage",
-        value=float(angles.mean()),
-        uncertainty=half_range + root_error,
-        # the angle is a sawtooth of the phase: the mean of P is off by its half range over P
+    root_error = 0.1 * abs(value - root)
+    # the angle is a sawtooth of the phase: the mean of P is off by its half range over P
+    return CriticalAngle.of(
+        [*runs, *shifted], case, "passage", value=value, uncertainty=half_range + root_error,
         mean_error=half_range / phases + root_error,
-    )
-
-
-def _parts_of_well(case: Incline, parts: tuple[float, float]) -> tuple[float, float]:
-    degrees = round(math.degrees(case.half_angle), 12)
-    return round(parts[0] * degrees, 12), round(parts[1] * degrees, 12)
+    )  # fmt: skip
 
 
 def _located(
-    first: Sequence[Run], measure: Measure, case: Incline, xtol: float
+    first: Sequence[Run], measure: Measure, case: OverRow, xtol: float
 ) -> tuple[list[Run], float, float]:
-    """Return the runs to the root of the margin, the root [deg] and the slope [m g d / deg]."""
-    runs, margins = list(first), {run.case.angle: run.margin for run in first}
+    """Return the runs to the root of the margin, the root [deg] and the slope [m g d / deg].
+
+    The margin of a soft contact may jump: then the root lies between two angles that were run.
+    """
+    runs = {run.case.angle: run for run in first}
 
     def margin(angle: float) -> float:
-        if angle in margins:
-            return margins[angle]
-        if not 0.0 <= angle <= 30.0:
+        if not 0.0 <= angle <= STEEPEST:
             raise EngineOutputError(f"no critical angle between 0 and 30 deg (search at {angle:g})")
-        runs.extend(measure(at_angles(case, [angle])))
-        return runs[-1].margin
+        if angle not in runs:
+            (runs[angle],) = measure(at_angles(case, [angle]))
+        return runs[angle].margin
 
-    x0, x1 = margins
+    x0, x1 = runs
     solution = root_scalar(margin, method="secant", x0=x0, x1=x1, xtol=xtol, maxiter=MOST_SECANTS)
-    root = float(solution.root) if solution.converged else _bracketed(margin, runs, xtol)
+    root = float(solution.root)
+    if not solution.converged:
+        pairs = pairwise(sorted(runs))
+        ends = next(((a, b) for a, b in pairs if margin(a) < 0.0 <= margin(b)), None)
+        if ends is None:
+            raise EngineOutputError("the energy margin changes sign at no angle that was run")
+        root = float(brentq(margin, *ends, xtol=xtol))
     # the outermost angles give the slope: there jitter matters least
-    low, *_, high = sorted(runs, key=lambda run: run.case.angle)
-    return runs, root, (high.margin - low.margin) / (high.case.angle - low.case.angle)
-
-
-def _bracketed(margin: Callable[[float], float], runs: Sequence[Run], xtol: float) -> float:
-    """Return the root between two angles that were run: the margin of a soft contact may jump."""
-    ordered = sorted(runs, key=lambda run: run.case.angle)
-    for low, high in pairwise(ordered):
-        if low.margin < 0.0 <= high.margin:
-            return float(brentq(margin, low.case.angle, high.case.angle, xtol=xtol))
-    raise EngineOutputError("the energy margin changes sign at no angle that was run")
+    low, high = min(runs), max(runs)
+    return [*runs.values()], root, (margin(high) - margin(low)) / (high - low)
 
 
 # ---- by steady motion
 
 
-def by_steady_motion(measure: Measure, case: Incline, tolerance_deg: float = 5e-3) -> CriticalAngle:
+def by_steady_motion(measure: Measure, case: Any, tolerance_deg: float = 5e-3) -> CriticalAngle:
     """Return the middle of the lowest interval from a trapped to a moving angle.
 
     The uncertainty is half of it, and reaches up to the highest trapped angle. Undecided runs
@@ -394,49 +380,41 @@ def by_steady_motion(measure: Measure, case: Incline, tolerance_deg: float = 5e-
     undecided = sum(run.fate is Fate.UNDECIDED for run in runs)
     notes = [f"not monotone: trapped again up to {trapped:.5g} deg"] * (not monotone)
     notes += [f"{undecided} angles undecided within the time limit"] * (undecided > 0)
-    error = max(rising[0][1].case.angle, rising[-1][1].case.angle) - value
-    return _result(
+    error = rising[-1][1].case.angle - value
+    return CriticalAngle.of(
         runs, case, "steady", value=value, uncertainty=error, mean_error=error,
         monotone=monotone, note="; ".join(notes),
     )  # fmt: skip
 
 
-def _is_monotone(case: Incline) -> bool:
+def _is_monotone(case: OverRow) -> bool:
     """Return whether fates alternate over 1e-3 deg at most: with a stiff contact, at fine steps."""
     return case.static_overlap <= STIFF_OVERLAP and case.steps_per_contact >= COARSE
 
 
-def _with_half_the_wells(case: Incline) -> Incline:
+def _with_half_the_wells(case: OverRow) -> OverRow:
     return case.replace(wells=math.ceil(case.wells / 2))
 
 
-def _scanned(measure: Measure, case: Incline, tolerance_deg: float) -> list[Run]:
+def _scanned(measure: Measure, case: OverRow, tolerance_deg: float) -> list[Run]:
     """Return the runs of a scan, of the intervals in which the fate changes, and of probes."""
-    runs, parts = _scan(measure, case), SCAN - 1 if _is_monotone(case) else FINE_SCAN
-    while angles := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
-        fresh = _decided(measure, case, angles)
-        runs = sorted([*runs, *fresh], key=lambda run: run.case.angle)
+    runs, parts = list[Run](), FINE_SCAN
+    fresh = [first.angle for first in first_cases(case, "steady")]
+    if _is_monotone(case):
+        parts = SCAN - 1
+    while fresh:
+        runs = sorted([*runs, *_decided(measure, case, fresh)], key=lambda run: run.case.angle)
+        fresh = _beyond(runs)
+    for fate, words in ((Fate.TRAPPED, "was trapped"), (Fate.MOVES_ON, "kept moving")):
+        if not any(run.fate is fate for run in runs):
+            raise EngineOutputError(f"no angle from 0 to 30 deg {words}")
+    while fresh := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
+        runs = sorted([*runs, *_decided(measure, case, fresh)], key=lambda run: run.case.angle)
         parts = 2
     return runs
 
 
-def _scan(measure: Measure, case: Incline) -> list[Run]:
-    """Run the angles of the window, widened until the fate changes in it."""
-    runs = _decided(measure, case, [first.angle for first in first_cases(case, "steady")])
-    low, high = runs[0].case.angle, runs[-1].case.angle
-    while runs[0].fate is not Fate.TRAPPED and low > 0.0:
-        low = max(0.0, low - (high - low))
-        runs = _decided(measure, case, [low]) + runs
-    while runs[-1].fate is not Fate.MOVES_ON and high < 30.0:
-        high = min(30.0, high + (high - low))
-        runs += _decided(measure, case, [high])
-    for fate, words in ((Fate.TRAPPED, "was trapped"), (Fate.MOVES_ON, "kept moving")):
-        if not any(run.fate is fate for run in runs):
-            raise EngineOutputError(f"no angle from 0 to 30 deg {words}")
-    return runs
-
-
-def _decided(measure: Measure, case: Incline, angles: Sequence[float]) -> list[Run]:
+def _decided(measure: Measure, case: OverRow, angles: Sequence[float]) -> list[Run]:
     """Run angles, where fates change once through half of the wells if those decide.
 
     They leave 4^-5 of the excess: a trapped grain stays trapped, one with more margin moves on.
@@ -448,6 +426,16 @@ def _decided(measure: Measure, case: Incline, angles: Sequence[float]) -> list[R
         if run.fate is Fate.MOVES_ON and run.margin < HARDLY_A_MARGIN:
             (runs[place],) = measure(at_angles(case, [run.case.angle]))
     return runs
+
+
+def _beyond(runs: Sequence[Run]) -> list[float]:
+    """Return an angle that widens a window whose ends are not trapped below and moving above."""
+    low, high = runs[0].case.angle, runs[-1].case.angle
+    if runs[0].fate is not Fate.TRAPPED and low > 0.0:
+        return [max(0.0, low - (high - low))]
+    if runs[-1].fate is not Fate.MOVES_ON and high < STEEPEST:
+        return [min(STEEPEST, high + (high - low))]
+    return []
 
 
 def _changes(runs: Sequence[Run]) -> list[tuple[Run, Run]]:
@@ -468,7 +456,7 @@ def _inside_changes(runs: Sequence[Run], width: float, parts: int) -> list[float
     return angles
 
 
-def _probes(runs: Sequence[Run], case: Incline) -> list[float]:
+def _probes(runs: Sequence[Run], case: OverRow) -> list[float]:
     """Return angles that leave no wide gap around a change of fate that may not be the only one."""
     changes = _changes(runs)
     if (len(changes) < 2 and case.steps_per_contact >= COARSE) or len(runs) >= MOST_RUNS:
@@ -482,12 +470,3 @@ def _probes(runs: Sequence[Run], case: Incline) -> list[float]:
         if end - start > SPACING_DEG * (1.0 + 1e-9):
             angles += np.linspace(start, end, math.ceil((end - start) / SPACING_DEG) + 1).tolist()
     return sorted(set(angles) - {run.case.angle for run in runs})
-
-
-def _result(runs: Sequence[Run], case: Incline, method: Route, **more: Any) -> CriticalAngle:
-    samples = tuple(
-        {"angle_deg": run.case.angle, "phase": run.case.phase, "motion": str(run.fate),
-         "margin": run.margin} for run in runs
-    )  # fmt: skip
-    output, steps = replace(runs[-1].output, tables={}, log=""), sum(run.steps for run in runs)
-    return CriticalAngle(method=method, case=case, output=output, runs=samples, steps=steps, **more)

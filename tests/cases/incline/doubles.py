@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from harness.cases.incline.angle import Fate, Run
+from harness.cases.incline.runs import Fate, Run
 from harness.engines.base import Output
 from harness.engines.output import Provenance
 from harness.theory.incline import passage_margin

@@ -7,21 +7,16 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.checks import run_checks, selected
-from harness.cases.incline import system as incline
-from harness.cases.incline.angle import Fate
 from harness.cases.incline.columns import (
     CASE,
     SOURCE_ANGLES,
     Columns,
-    crest_energy,
-    critical_angle,
-    loaded,
     run_at_equal_steps,
     scene_of,
     sinking,
-    start_load,
-    start_of,
 )
+from harness.cases.incline.routes import crest_energy, loaded, start_load, start_of
+from harness.cases.incline.runs import Fate
 from harness.cases.tower.impulse import source_angles
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
@@ -50,9 +45,10 @@ def test_columns_start_at_rest(law, n):
 @pytest.mark.parametrize("n", [1, 2, 3, 9])
 def test_the_energy_of_a_load_is_its_work(law, n):
     case = SOFT.replace(law=law, n=n)
-    force, beta = start_load(case)
-    whole = loaded(case, force, beta)
-    assert sinking(case, force, beta)[0] - sinking(case)[0] == pytest.approx(whole.sunk, abs=1e-16)
+    force, phi = start_load(case)
+    beta = phi - case.tilt
+    whole, top = loaded(case, force, beta), sinking(case, force, force * math.cos(beta))[0]
+    assert top - sinking(case)[0] == pytest.approx(whole.sunk, abs=1e-16)
     parts = np.linspace(0.0, force, 21)
     at = [loaded(case, f, beta) for f in parts]
     way = np.diff([p.overlap for p in at]) + np.cos(beta) * np.diff([p.sunk for p in at])
@@ -65,10 +61,10 @@ def test_the_energy_of_a_load_is_its_work(law, n):
 def test_one_particle_starts_as_the_incline(route, law):
     case = SOFT.replace(n=1, law=law, phase=0.3)
     plain = case.incline
-    expected = incline.start_of(plain, route)[:4]
-    assert start_of(case, route) == pytest.approx(expected, rel=1e-12, abs=1e-15)
+    assert start_of(case, route) == pytest.approx(start_of(plain, route), rel=1e-12, abs=1e-15)
     springs = 0.5 * case.weight**2 / case.stiffness
-    assert crest_energy(case) == pytest.approx(incline.crest_energy(plain) - springs, rel=1e-14)
+    whole = crest_energy(plain, springs=True)
+    assert crest_energy(case, springs=False) == pytest.approx(whole - springs, rel=1e-14)
 
 
 @pytest.mark.parametrize("inside", ["damped", "elastic"])
@@ -84,7 +80,7 @@ def test_both_laws_are_one_for_columns_of_one_and_differ_above(inside):
 def test_damped_columns_hardly_lower_the_angle_and_elastic_ones_raise_it():
     for law in LAWS:
         case = SOFT.replace(law=law)
-        damped = critical_angle(case, OWN, starts=2)
+        damped = CASE.critical_angle(case, OWN, starts=2)
         assert rigid_angle() - 0.06 < damped.value < rigid_angle()
         elastic = case.replace(inside="elastic", angle=rigid_angle())
         assert run_at_equal_steps(OWN, elastic).fate is Fate.TRAPPED

@@ -5,9 +5,9 @@ import pytest
 
 from harness.cases.base import COLUMNS, path_in
 from harness.cases.bench import Bench
-from harness.cases.incline.angle import Fate, read
 from harness.cases.incline.case import CASE
-from harness.cases.incline.columns import Columns, read_run
+from harness.cases.incline.columns import Columns
+from harness.cases.incline.runs import Fate, read
 from harness.cases.incline.system import Incline
 from harness.engines.output import Output, Provenance
 from harness.engines.reference import Reference
@@ -74,11 +74,11 @@ REBOUND = (0.5, 1.2, -0.1, 0.0)  # moves back with a positive margin
         ([REBOUND], "undecided", 0),
     ],
 )
-@pytest.mark.parametrize(("kind", "judged"), [(Incline, read), (Columns, read_run)])
-def test_stages_are_judged_at_their_ends(kind, judged, rows, fate, crests):
+@pytest.mark.parametrize("kind", [Incline, Columns])
+def test_stages_are_judged_at_their_ends(kind, rows, fate, crests):
     case = kind(wells=2)
     case = case.replace(time_limit=50 * len(rows) * case.step / case.unit_of_time)
-    run = judged(case, "steady", stages(case, rows))
+    run = read(case, "steady", stages(case, rows))
     assert (run.fate, run.steps, len(run.crest_margins)) == (fate, 50 * len(rows), crests)
     assert (run.margin < 0.0) is (run.fate is Fate.TRAPPED)
 

@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from harness.cases.bench import Bench
 from harness.cases.incline import search
-from harness.cases.incline.angle import Fate, extrapolate
+from harness.cases.incline.angle import extrapolate
 from harness.cases.incline.case import CASE
 from harness.cases.incline.closed_form import rigid_angle
+from harness.cases.incline.runs import Fate
 from harness.cases.incline.search import (
     Ladder,
     angle_on,
@@ -67,7 +68,7 @@ def test_a_reference_leads_to_the_root_only_where_its_margin_is_the_measured_one
     expected = by_passage(alone, Incline())
     for shift in (sawtooth(1e-3), lambda _: off_deg):
         reference = EnergyMap(shock, shift=shift)
-        found = by_passage(guided, Incline(), reference=reference)
+        found = by_passage(guided, Incline(), guide=reference)
         assert (found.value, found.uncertainty) == (expected.value, expected.uncertainty)
 
 

@@ -7,17 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.incline.system import (
-    Incline,
+from harness.cases.incline.routes import (
     crest_radius,
     end_of,
     margin,
-    may_slide,
     overlaps,
     scene_of,
     settled_before,
     start_of,
 )
+from harness.cases.incline.system import Incline
 from harness.errors import RequestError
 from harness.model.law import CONTACTS, PLASTIC, Contact
 from harness.theory import incline as theory
@@ -126,9 +125,9 @@ def test_a_grain_rolls_all_along_from_the_friction_of_the_theory_on():
     bound = theory.rolling_friction(30.0, 0.4)
     angle = theory.critical_angle_without_loss(30.0, 0.4)
     case = Incline(**{**ROUGH, "friction": bound * (1 - 1e-9), "angle": angle})
-    assert may_slide(case)
-    assert not may_slide(case.replace(friction=bound * (1 + 1e-9)))
-    assert not may_slide(Incline())
+    assert case.ends_on_crest
+    assert not case.replace(friction=bound * (1 + 1e-9)).ends_on_crest
+    assert not Incline().ends_on_crest
 
 
 def test_the_scene_is_the_system():
