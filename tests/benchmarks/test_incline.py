@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.cases.incline.routes import TEMPLATE, job_of
+from harness.cases.incline.runs import TEMPLATE, job_of
 from harness.cases.incline.search import critical_angle
 from harness.cases.incline.system import Incline
 from harness.engines.registry import engine_class, open_engine

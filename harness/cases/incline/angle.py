@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from harness.report.figures import Figure
 
-STEP_EXPONENTS, STIFFNESS_EXPONENTS = (1.0,), (1.0, 1.5)
+STIFFNESS_EXPONENTS = (1.0, 1.5)
 SLIDING_EXPONENTS = (0.5, 1.0)  # of the stiffness, where shocks slide
 
 
@@ -114,23 +114,22 @@ class CriticalAngle(Plottable):
 
     def draw(self) -> Figure:
         """Draw the margin of each run over its angle, in steady motion its fate."""
-        from harness.report.figures import BLACK, BLUE, GREEN, axis, label, legend_below, panels
+        from harness.report import figures as look
 
-        figure, frame = panels(1, 1, 6.4, 3.9), self.to_frame()
+        figure, frame = look.panels(1, 1, 6.4, 3.9), self.to_frame()
         (axes,) = figure.axes
         if self.method == "passage":
-            values, y = frame["margin"], axis("energy over the next crest", "m g d")
+            values, y = frame["margin"], look.axis("energy over the next crest", "m g d")
             axes.axhline(0.0, color="0.6", lw=0.8)
         else:
             fates = [str(fate) for fate in Fate]
             values, y = frame["motion"].map(fates.index), "fate of the grain"
             axes.set_yticks(range(len(fates)), [fate.replace("_", " ") for fate in fates])
-        axes.plot(frame["angle_deg"], values, "o", color=BLUE, mfc="none", label="runs")
-        low, high = self.value - self.uncertainty, self.value + self.uncertainty
-        axes.axvspan(low, high, color=GREEN, alpha=0.25, label="uncertainty")
-        axes.axvline(self.value, color=BLACK, ls="--", lw=1, label="critical angle")
-        label(axes, axis("tilt", "deg"), y, f"{self.provenance.label}, {self.method}")
-        legend_below(figure, 3)
+        axes.plot(frame["angle_deg"], values, "o", color=look.BLUE, mfc="none", label="runs")
+        axes.axvspan(*_range(self), color=look.GREEN, alpha=0.25, label="uncertainty")
+        axes.axvline(self.value, color=look.BLACK, ls="--", lw=1, label="critical angle")
+        look.label(axes, "tilt (deg)", y, f"{self.provenance.label}, {self.method}")
+        look.legend_below(figure, 3)
         return figure
 
 
@@ -208,45 +207,41 @@ class ExtrapolatedAngle(Plottable):
 
     def draw(self) -> Figure:
         """Draw the critical angle over the step, and its limits over the stiffness."""
-        from harness.report.figures import (
-            BLACK,
-            BLUE,
-            COLOURS,
-            GREEN,
-            MARKERS,
-            label,
-            legend_below,
-            panels,
-        )
+        from harness.report import figures as look
 
-        figure, rigid = panels(1, 2, 3.8, 3.9), self.rigid
+        figure, first = look.panels(1, 2, 3.8, 3.9), self.angles[0]
         by_step, by_stiffness = figure.axes
         for number, (stiffness, at) in enumerate(self.at_stiffness.items()):
-            colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
-            name, fine = f"k = {power(stiffness)} N/m", np.linspace(0.0, at.h.max(), 50)
-            by_step.errorbar(at.h, at.y, at.errors, fmt=marker, color=colour, label=name, capsize=2)
+            colour, marker = look.COLOURS[number % 7], look.MARKERS[number % 6]
+            text = f"k = {power(stiffness)} N/m"
+            by_step.errorbar(at.h, at.y, at.errors, fmt=marker, color=colour, label=text, capsize=2)
+            fine = np.linspace(0.0, at.h.max(), 50)
             by_step.plot(fine, at.curve(fine), color=colour, lw=0.9)
             by_step.plot(0.0, at.value, marker, color=colour, mfc="white", clip_on=False)
         by_step.locator_params(axis="x", nbins=5, steps=[1, 2, 5, 10])
-        label(by_step, "1 / steps per contact time", "critical angle (deg)", "step to zero")
-        fine, name = np.geomspace(rigid.h.min() / 30.0, rigid.h.max(), 100), "step to zero"
-        name = f"{self.angles[0].provenance.engine}, {name}"
-        by_stiffness.errorbar(1.0 / rigid.h, rigid.y, rigid.errors, fmt="o", color=BLUE, capsize=2,
-                              label=name)  # fmt: skip
-        order = f"fit, observed order {rigid.order:.2f}"
-        by_stiffness.plot(1.0 / fine, rigid.curve(fine), color=BLUE, lw=0.9, label=order)
-        low, high = rigid.value - rigid.uncertainty, rigid.value + rigid.uncertainty
+        look.label(by_step, "1 / steps per contact time", "critical angle (deg)", "step to zero")
+        rigid = self.rigid
+        text = f"{first.provenance.engine}, step to zero"
+        by_stiffness.errorbar(1.0 / rigid.h, rigid.y, rigid.errors, fmt="o", capsize=2, label=text,
+                              color=look.BLUE)  # fmt: skip
+        fine = np.geomspace(rigid.h.min() / 30.0, rigid.h.max(), 100)
+        text = f"fit, observed order {rigid.order:.2f}"
+        by_stiffness.plot(1.0 / fine, rigid.curve(fine), lw=0.9, label=text, color=look.BLUE)
         text = f"limit {rigid.value:.5f} ± {rigid.uncertainty:.5f} deg"
-        by_stiffness.axhspan(low, high, color=GREEN, alpha=0.25, label=text)
+        by_stiffness.axhspan(*_range(rigid), color=look.GREEN, alpha=0.25, label=text)
         by_stiffness.set_xscale("log")
-        label(
-            by_stiffness, "stiffness k (N/m)", "critical angle (deg)", "then stiffness to infinity"
-        )
-        expected, _ = rigid_angle(self.angles[0].case)
+        look.label(by_stiffness, "stiffness k (N/m)", "critical angle (deg)",
+                   "then stiffness to infinity")  # fmt: skip
+        expected = rigid_angle(first.case)[0]
         for axes in figure.axes:
-            axes.axhline(expected, color=BLACK, ls="--", lw=1, label=f"theory {expected:.5f} deg")
-        legend_below(figure, 3)
+            text = f"theory {expected:.5f} deg"
+            axes.axhline(expected, color=look.BLACK, ls="--", lw=1, label=text)
+        look.legend_below(figure, 3)
         return figure
+
+
+def _range(result: CriticalAngle | Limit) -> tuple[float, float]:
+    return result.value - result.uncertainty, result.value + result.uncertainty
 
 
 def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
@@ -254,18 +249,18 @@ def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
 
     Raise RequestError for fewer than three steps at a stiffness or fewer than four stiffnesses.
     """
-
-    def stiffness(angle: CriticalAngle) -> float:
-        return angle.case.stiffness
-
-    ordered = sorted(angles, key=lambda a: (stiffness(a), a.case.steps_per_contact))
-    at_stiffness = {}
-    for k, group in groupby(ordered, key=stiffness):
-        points = [(1.0 / a.case.steps_per_contact, a.value, a.mean_error) for a in group]
-        at_stiffness[k] = limit(*zip(*points, strict=True), STEP_EXPONENTS)
-    points = [(1.0 / k, at.value, at.uncertainty) for k, at in at_stiffness.items()]
+    ordered = sorted(angles, key=lambda a: (a.case.stiffness, a.case.steps_per_contact))
+    at_stiffness = {
+        k: _limit([(1.0 / a.case.steps_per_contact, a.value, a.mean_error) for a in group], 1.0)
+        for k, group in groupby(ordered, key=lambda a: a.case.stiffness)
+    }
     case = angles[0].case
     sticks = sticking_friction(math.degrees(case.half_angle), case.inertia)
     exponents = SLIDING_EXPONENTS if 0.0 < case.friction < sticks else STIFFNESS_EXPONENTS
-    rigid = limit(*zip(*points, strict=True), exponents)
-    return ExtrapolatedAngle(tuple(ordered), at_stiffness, rigid)
+    limits = [(1.0 / k, at.value, at.uncertainty) for k, at in at_stiffness.items()]
+    return ExtrapolatedAngle(tuple(ordered), at_stiffness, _limit(limits, *exponents))
+
+
+def _limit(points: Sequence[tuple[float, float, float]], *exponents: float) -> Limit:
+    h, values, errors = zip(*points, strict=True)
+    return limit(h, values, errors, exponents)

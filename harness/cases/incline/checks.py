@@ -18,21 +18,10 @@ import numpy as np
 from harness.cases.base import COLUMNS, LEVELS, Check, Value, path_in
 from harness.cases.bench import Bench
 from harness.cases.checks import with_digits
+from harness.cases.incline import search
 from harness.cases.incline.angle import friction_text
 from harness.cases.incline.closed_form import rigid_angle
-from harness.cases.incline.routes import job_of, scene_of
-from harness.cases.incline.runs import read
-from harness.cases.incline.search import (
-    FULL_LADDER,
-    QUICK_LADDER,
-    RUNS,
-    Ladder,
-    angle_on,
-    extrapolated_on,
-    first_cases,
-    prepared,
-    reference_angle,
-)
+from harness.cases.incline.runs import job_of, read, scene_of
 from harness.cases.incline.system import Incline, Route
 from harness.engines.base import Engine, Job
 from harness.errors import EngineMissingError, Unsupported
@@ -109,7 +98,7 @@ def checks(engine: Engine, longest: Level = "full") -> Iterator[Check]:
 
 def _quick(engine: Engine) -> Iterator[Check]:
     if not is_slow(engine):
-        yield limit_check(PLASTIC_CASE, QUICK_LADDER, 1e-3)
+        yield limit_check(PLASTIC_CASE, search.QUICK_LADDER, 1e-3)
     for case in (*CASES, ROLLING, SLIDING):
         yield same_angle(case)
         yield same_path(near_critical(case) if case.friction else case.replace(angle=PATH_ANGLE))
@@ -135,7 +124,7 @@ def _quick(engine: Engine) -> Iterator[Check]:
 
 def _default(engine: Engine) -> Iterator[Check]:
     if not is_slow(engine):
-        yield limit_check(PLASTIC_CASE, Ladder(), 3e-4)
+        yield limit_check(PLASTIC_CASE, search.Ladder(), 3e-4)
         yield from _friction_curve(engine, "default")
     for case in CASES:
         for stiffness in (1e5, 1e7):
@@ -147,16 +136,16 @@ def _full(engine: Engine) -> Iterator[Check]:
     """Yield also limits and steady motion of other grains, which shorter levels decide for one."""
     yield from (same_angle(case) for case in (DISC, LARGE))
     if is_slow(engine):
-        yield limit_check(PLASTIC_CASE, QUICK_LADDER, 1e-3)
+        yield limit_check(PLASTIC_CASE, search.QUICK_LADDER, 1e-3)
         return
     yield from _friction_curve(engine, "full")
     for case, ladder, width in (
-        (PLASTIC_CASE, FULL_LADDER, 3e-4),
-        (ROLLING, QUICK_LADDER, 1e-3),
-        (ROLLING, FULL_LADDER, 3e-4),
-        (LARGE, Ladder(), 5e-4),
-        (DISC, Ladder(), 3e-4),
-        (SLIGHT, Ladder(), 2e-3),
+        (PLASTIC_CASE, search.FULL_LADDER, 3e-4),
+        (ROLLING, search.QUICK_LADDER, 1e-3),
+        (ROLLING, search.FULL_LADDER, 3e-4),
+        (LARGE, search.Ladder(), 5e-4),
+        (DISC, search.Ladder(), 3e-4),
+        (SLIGHT, search.Ladder(), 2e-3),
     ):
         yield limit_check(case, ladder, width)
     yield routes(PLASTIC_CASE, 1e-3)
@@ -217,14 +206,14 @@ def angle_check(
     """Return a check of the critical angle of a case."""
 
     def measure(bench: Bench) -> Value:
-        angle = angle_on(bench, case, method, resolution_deg)
+        angle = search.angle_on(bench, case, method, resolution_deg)
         return Value(angle.value, angle.uncertainty, angle.note)
 
     return Check(**{"setup": words(case), "quantity": "critical_angle_deg", "unit": "deg",
                     "measure": measure, "jobs": first_jobs(case, method), **how})  # fmt: skip
 
 
-def limit_check(case: Incline, ladder: Ladder, width: float) -> Check:
+def limit_check(case: Incline, ladder: search.Ladder, width: float) -> Check:
     """Return the angle of rigid grains, step to zero and stiffness to infinity, against theory."""
     stiffnesses = [case.stiffness * factor for factor in ladder.factors]
     setup = (
@@ -233,7 +222,7 @@ def limit_check(case: Incline, ladder: Ladder, width: float) -> Check:
     )
 
     def measure(bench: Bench) -> Value:
-        angle = extrapolated_on(bench, ladder, case)
+        angle = search.extrapolated_on(bench, ladder, case)
         return Value(angle.value, angle.uncertainty)
 
     tolerance = Tolerance(width, reason="the last corrections that the ladder resolves")
@@ -247,7 +236,7 @@ def same_angle(case: Incline) -> Check:
     return angle_check(
         case,
         measure=partial(_angle, case=case),
-        expected=lambda bench: reference_angle(bench, case).value,
+        expected=lambda bench: search.reference_angle(bench, case).value,
         tolerance=partial(with_digits, SAME_STEPS, 1.0 / SLOPE),
         check="reference",
     )
@@ -282,18 +271,20 @@ def _same_units(name: str, scaled: Incline) -> Check:
 
 
 def _angle(bench: Bench, case: Incline) -> float:
-    return angle_on(bench, case).value
+    return search.angle_on(bench, case).value
 
 
-def ladder_jobs(case: Incline, ladder: Ladder) -> tuple[Job, ...]:
+def ladder_jobs(case: Incline, ladder: search.Ladder) -> tuple[Job, ...]:
     """Return the first jobs of the searches of an extrapolation."""
     return tuple(job for refined in ladder.cases(case) for job in first_jobs(refined))
 
 
 def first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
     """Return the first jobs of a search, with the steps that the search is expected to take."""
-    jobs = [job_of(first, route) for first in first_cases(prepared(case, route), route)]
-    return tuple(replace(job, steps=RUNS[route] / len(jobs) * job.steps) for job in jobs)
+    jobs = [
+        job_of(first, route) for first in search.first_cases(search.prepared(case, route), route)
+    ]
+    return tuple(replace(job, steps=search.RUNS[route] / len(jobs) * job.steps) for job in jobs)
 
 
 # ---- single runs
@@ -301,7 +292,7 @@ def first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
 
 def _run_check(
     case: Incline, suffix: str = "", route: Route = "passage", *,
-    measure: Callable[[Bench, Incline], Value | float], **how: Any,
+    measure: Callable[..., Value | float], **how: Any,
 ) -> Check:  # fmt: skip
     return Check(**{"setup": f"{words(case)}, {case.angle:g} deg{suffix}", "unit": "1",
                     "measure": partial(measure, case=case), "expected": 0.0,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, get_args
 import numpy as np
 from scipy.optimize import brentq
 
-from harness.cases.incline.routes import SPEED_AFTER_SHOCK, settled_before
+from harness.cases.incline.runs import SPEED_AFTER_SHOCK, settled_before
 from harness.cases.incline.system import Incline, OverRow
 from harness.errors import RequestError
 from harness.model.law import Contact

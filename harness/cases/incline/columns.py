@@ -33,18 +33,9 @@ from harness import __version__
 from harness.cases.base import Check, Level, Value, path_in
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import with_digits
+from harness.cases.incline import runs
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.case import OverRowCase
-from harness.cases.incline.routes import (
-    allowed_values,
-    expected_steps,
-    row_values,
-    scene_over,
-    start_load,
-    start_of,
-)
-from harness.cases.incline.routes import job_of as incline_job
-from harness.cases.incline.runs import Run, read
 from harness.cases.incline.search import Measure, engine_measure
 from harness.cases.incline.system import Floats, Incline, OverRow, Route
 from harness.engines.base import Engine, Job, Output, Template
@@ -52,7 +43,7 @@ from harness.engines.base import Value as ScriptValue
 from harness.engines.output import STAGES, Provenance
 from harness.engines.process import cores, parallel_map
 from harness.errors import EngineOutputError
-from harness.model.base import ZERO
+from harness.model.base import ZERO, allowed_in
 from harness.model.law import CONTACTS, SOURCE
 from harness.model.law import Law as ContactLaw
 from harness.model.scene import STAGE_COLUMNS, Body, Scene
@@ -139,7 +130,7 @@ class Columns(OverRow):
         T, tau = 2 sin^2(pi / (2 (n + 1))): D M^-1 D^T <= 4 - 2 T + 1/2, hence 4.5 / tau - 2.
         """
         if self.n == 1:
-            return self.incline.stiffest_motion
+            return super().stiffest_motion
         lowest = 2.0 * math.sin(math.pi / (2.0 * (self.n + 1))) ** 2
         return (4.5 / lowest - 2.0 if self.deformable else 4.0), 4.0
 
@@ -156,17 +147,26 @@ class Columns(OverRow):
 def job_of(case: Columns, route: Route = "passage", every: int | None = None) -> Job:
     """Return the job of a run: of one particle that of the incline's row, too."""
     scene = None if case.deformable else scene_of(case, route, every)
-    steps, values = expected_steps(case, route), values_of(case, route, every)
+    steps, values = runs.expected_steps(case, route), values_of(case, route, every)
     return Job(TEMPLATE, values, sampled=every is not None, scene=scene, steps=steps)
 
 
 def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str, ScriptValue]:
     """Return the values of the script: those of any row, and the columns'."""
-    return {**row_values(case, route, every), "n": case.n, "law": case.law, "inside": case.inside}
+    return {
+        **runs.row_values(case, route, every),
+        "n": case.n,
+        "law": case.law,
+        "inside": case.inside,
+    }
 
 
 _DEFAULTS = values_of(Columns(), "passage")
-TEMPLATE = Template("columns", {"": _DEFAULTS}, allowed=allowed_values(Columns, _DEFAULTS))
+TEMPLATE = Template(
+    name="columns",
+    variants={"": _DEFAULTS},
+    allowed={**runs.allowed_values(OverRow, _DEFAULTS), **allowed_in(Columns)},
+)
 
 
 def scene_of(case: Columns, route: Route = "passage", every: int | None = None) -> Scene:
@@ -183,7 +183,7 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
     # the grain with each top, and the neighbours within a column
     places = product(range(case.spheres), range(case.n))
     pairs = tuple((i * case.n + j if j else 0, i * case.n + j + 1) for i, j in places)
-    return scene_over(
+    return runs.scene_over(
         case, route, every, case.spheres,
         bodies=_bodies(case, route),
         law=law,
@@ -193,12 +193,12 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
 
 
 def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
-    (x, y, vx, vy, _), radius = start_of(case, route), 0.5 * case.diameter
+    (x, y, vx, vy, _), radius = runs.start_of(case, route), 0.5 * case.diameter
     grain = Body(radius=radius, mass=case.mass, type=2, position=(x, y, 0.0),
                  velocity=(vx, vy, 0.0))  # fmt: skip
     guided = grain.replace(type=1, velocity=ZERO, axes=(False, True, False))
     fixed = grain.replace(type=1, velocity=ZERO, motion="frozen")
-    force, phi = start_load(case) if route == "passage" else (0.0, 0.0)
+    force, phi = runs.start_load(case) if route == "passage" else (0.0, 0.0)
     bodies = [grain]
     for i in range(case.spheres):
         press = (0.0, 0.0) if i else (force, force * math.cos(phi - case.tilt))
@@ -215,15 +215,15 @@ def sinking(case: Columns, force: float = 0.0, load: float = 0.0) -> Floats:
     return np.append(np.cumsum(below[::-1])[::-1], 0.0)
 
 
-def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> Run:
+def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") -> runs.Run:
     """Return a run at equal steps: by the reference, under the deformable law by the chain's."""
     scene = scene_of(case, route)
     if not case.deformable:
-        return read(case, route, bench.reference_output(scene))
+        return runs.read(case, route, bench.reference_output(scene))
     from harness.solvers.chain_stepped import run_columns
 
     stages = dict(zip(STAGE_COLUMNS, run_columns(scene, case.n).T, strict=True))
-    return read(case, route, Output((), CHAIN, {STAGES: stages}, title="the chain solver"))
+    return runs.read(case, route, Output((), CHAIN, {STAGES: stages}, title="the chain solver"))
 
 
 # ---- the case
@@ -275,7 +275,7 @@ def engine_checks() -> Iterator[Check]:
     single = Columns(n=1, stiffness=1e5, angle=10.6, wells=3)
     jobs = [
         job_of(single, "steady", PATH_EVERY),
-        incline_job(single.incline, "steady", PATH_EVERY),
+        runs.job_of(single.incline, "steady", PATH_EVERY),
     ]
     yield Check(
         setup="n = 1, three wells",
@@ -311,7 +311,7 @@ def _same_margin(case: Columns) -> Check:
         quantity="margin_over_mgd",
         unit="1",
         check="equal steps",
-        measure=lambda bench: read(case, "passage", bench.output(job)).margin,
+        measure=lambda bench: runs.read(case, "passage", bench.output(job)).margin,
         expected=lambda bench: run_at_equal_steps(bench, case).margin,
         tolerance=partial(with_digits, SAME_STEPS[case.inside], 1.0),
         jobs=[job],

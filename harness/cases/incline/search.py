@@ -8,40 +8,35 @@ reference takes the same steps as the engine, the secant runs in it, ten times a
 *Steady motion.* The source's definition: the smallest angle that keeps moving. The excess of energy
 shrinks by the shock from well to well, so W wells resolve it to shock^W. A window of angles is
 scanned, widened until the fate changes in it, and each change of fate is refined. Where in a step a
-contact begins changes its shock a little, so fates may alternate in the angle. Of a stiff contact
-they alternate over 1e-3 deg at most: the ends of the window are scan enough. At coarse steps they
-mix over an interval (0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells): there more
-wells are passed, and the angles around each change are probed.
+contact begins changes its shock a little, so fates may alternate: with a stiff contact over 1e-3
+deg at most, at coarse steps over more (0.007 deg at 4.8 steps per contact, k = 1e5 N/m, 100 wells).
+There more wells are passed, and the angles around each change are probed.
 
 *Extrapolation.* The angle of rigid spheres is the limit of the step to zero, then of the stiffness
 to infinity, by passage with the plastic contact. LAMMPS damps by the velocity of half a step ago:
 the angle is of first order in the step. In the stiffness the order k^(-1/2) cancels, as the grain
 is pressed in and comes back while it moves on; the error falls as 1/k with a next term k^(-3/2).
-With friction so little that shocks slide, the order k^(-1/2) does not cancel: -8.5 deg zeta /
-sqrt(k) at mu = 0.03, k in N/m.
+With so little friction that shocks slide it does not: -8.5 deg zeta / sqrt(k) at mu = 0.03.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import count, pairwise
+from itertools import chain, count, pairwise, repeat
 from typing import Any
 
 import numpy as np
 from pydantic import Field, model_validator
 from scipy.optimize import brentq, root_scalar
 
-from harness import __version__
 from harness.cases.bench import Bench
 from harness.cases.incline.angle import CriticalAngle, ExtrapolatedAngle, extrapolate
 from harness.cases.incline.closed_form import check_passage, refuse_passage
-from harness.cases.incline.routes import job_of, scene_of
-from harness.cases.incline.runs import Fate, Run, read
+from harness.cases.incline.runs import Fate, Run, job_of, read, scene_of
 from harness.cases.incline.system import Incline, OverRow, Route
 from harness.engines.base import Job, Output
-from harness.engines.output import Provenance, motion_tables
 from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, EngineOutputError, Unsupported
 from harness.model.base import Parameters
@@ -70,7 +65,6 @@ WELLS = 10  # of a plain grain; their number grows as 1 + SPIN_WELLS / friction
 SPIN_WELLS = 0.1
 SAME_MARGIN = 1e-9  # [m g d] round-off between the engine's margin and the reference's
 TIME_PER_WELL = 40.0  # [sqrt(d/g)] least time limit of steady motion
-REFERENCE = Provenance("reference", __version__, how="compiled")
 RUNS: dict[Route, int] = {"passage": 12, "steady": 16}  # of a search, about
 DIGITS = 15  # of an engine whose margins are the reference's to round-off
 
@@ -209,17 +203,17 @@ def engine_measure(bench: Bench, route: Route, job: Callable[..., Job] = job_of)
         jobs = [job(case, route) for case in cases]
         if reason := next(filter(None, map(bench.refusal, jobs)), ""):
             raise Unsupported(reason)
-        runs = []
-        for case, outcome in zip(cases, bench.outcomes(jobs), strict=True):
-            if isinstance(outcome, EngineError):
-                raise outcome
-            try:
-                runs.append(read(case, route, outcome))
-            except EngineError as error:
-                raise error.with_log(error.log or outcome.log) from None
-        return runs
+        bench.prepare(jobs)
+        return [_read(c, route, bench.output(job)) for c, job in zip(cases, jobs, strict=True)]
 
     return measure
+
+
+def _read(case: OverRow, route: Route, output: Output) -> Run:
+    try:
+        return read(case, route, output)
+    except EngineError as error:
+        raise error.with_log(error.log or output.log) from None
 
 
 def reference_measure(bench: Bench, route: Route) -> Measure:
@@ -229,9 +223,7 @@ def reference_measure(bench: Bench, route: Route) -> Measure:
     """
 
     def run(case: Incline) -> Run:
-        scene = scene_of(case, route)
-        tables = motion_tables(bench.reference(scene), scene, sampled=False)
-        return read(case, route, Output((), REFERENCE, tables, title="the reference"))
+        return read(case, route, bench.reference_output(scene_of(case, route)))
 
     return lambda cases: parallel_map(run, cases, cores())
 
@@ -244,19 +236,20 @@ def prepared(case: OverRow, method: Route, wells: int | None = None) -> Any:
     if method == "passage":
         return case
     if wells is None:
-        wells = max(case.wells, COARSE_WELLS if case.steps_per_contact < COARSE else 0)
-        wells = max(wells, 0 if case.is_plain else _wells_to_steady_motion(case))
+        coarse = case.steps_per_contact < COARSE
+        wells = max(case.wells, COARSE_WELLS if coarse else 0, _wells_to_steady_motion(case))
     return case.replace(wells=wells, time_limit=max(case.time_limit, TIME_PER_WELL * wells))
 
 
-def _wells_to_steady_motion(case: OverRow) -> int:
+def _wells_to_steady_motion(case: Any) -> int:
     """Return the wells that shrink an excess of energy as ten do of a plain grain, by 4^-10.
 
     Each leaves the share s^2. Little friction takes some 1 / mu wells to change a spin.
     """
-    friction = getattr(case, "friction", 0.0)
+    if case.is_plain:
+        return 0
     s = kept_speed(math.degrees(case.half_angle), case.rolling_inertia)
-    spin = 1.0 + SPIN_WELLS / friction if friction else 1.0
+    spin = 1.0 + SPIN_WELLS / case.friction if case.friction else 1.0
     return math.ceil(spin * WELLS * math.log(4.0) / -math.log(max(s * s, 1e-3)))
 
 
@@ -268,7 +261,7 @@ def first_cases(case: OverRow, method: Route) -> list[Any]:
     if method == "passage":
         return at_angles(case, [low, high])
     if _is_monotone(case):
-        return at_angles(_with_half_the_wells(case), [low, high])
+        return at_angles(case.replace(wells=math.ceil(case.wells / 2)), [low, high])
     return at_angles(case, np.linspace(low, high, SCAN))
 
 
@@ -371,16 +364,19 @@ def by_steady_motion(measure: Measure, case: Any, tolerance_deg: float = 5e-3) -
     lies above a trapped one.
     """
     runs = _scanned(measure, case, tolerance_deg)
-    rising = [(a, b) for a, b in _changes(runs) if b.fate is Fate.MOVES_ON]
+    angles = {fate: [run.case.angle for run in runs if run.fate is fate] for fate in Fate}
+    for fate, words in ((Fate.TRAPPED, "was trapped"), (Fate.MOVES_ON, "kept moving")):
+        if not angles[fate]:
+            raise EngineOutputError(f"no angle from 0 to 30 deg {words}")
+    rising = [(a.case.angle, b.case.angle) for a, b in _changes(runs) if b.fate is Fate.MOVES_ON]
     if not rising:
         raise EngineOutputError("no angle from 0 to 30 deg kept moving above a trapped one")
-    value = (rising[0][0].case.angle + rising[0][1].case.angle) / 2.0
-    trapped = max(run.case.angle for run in runs if run.fate is Fate.TRAPPED)
-    monotone = trapped < min(run.case.angle for run in runs if run.fate is Fate.MOVES_ON)
-    undecided = sum(run.fate is Fate.UNDECIDED for run in runs)
+    trapped, undecided = max(angles[Fate.TRAPPED]), len(angles[Fate.UNDECIDED])
+    monotone = trapped < min(angles[Fate.MOVES_ON])
     notes = [f"not monotone: trapped again up to {trapped:.5g} deg"] * (not monotone)
     notes += [f"{undecided} angles undecided within the time limit"] * (undecided > 0)
-    error = rising[-1][1].case.angle - value
+    value = (rising[0][0] + rising[0][1]) / 2.0
+    error = rising[-1][1] - value
     return CriticalAngle.of(
         runs, case, "steady", value=value, uncertainty=error, mean_error=error,
         monotone=monotone, note="; ".join(notes),
@@ -392,25 +388,15 @@ def _is_monotone(case: OverRow) -> bool:
     return case.static_overlap <= STIFF_OVERLAP and case.steps_per_contact >= COARSE
 
 
-def _with_half_the_wells(case: OverRow) -> OverRow:
-    return case.replace(wells=math.ceil(case.wells / 2))
-
-
 def _scanned(measure: Measure, case: OverRow, tolerance_deg: float) -> list[Run]:
     """Return the runs of a scan, of the intervals in which the fate changes, and of probes."""
-    runs, parts = list[Run](), FINE_SCAN
-    fresh = [first.angle for first in first_cases(case, "steady")]
-    if _is_monotone(case):
-        parts = SCAN - 1
-    while fresh:
-        runs = sorted([*runs, *_decided(measure, case, fresh)], key=lambda run: run.case.angle)
-        fresh = _beyond(runs)
-    for fate, words in ((Fate.TRAPPED, "was trapped"), (Fate.MOVES_ON, "kept moving")):
-        if not any(run.fate is fate for run in runs):
-            raise EngineOutputError(f"no angle from 0 to 30 deg {words}")
-    while fresh := _inside_changes(runs, 2.0 * tolerance_deg, parts) or _probes(runs, case):
-        runs = sorted([*runs, *_decided(measure, case, fresh)], key=lambda run: run.case.angle)
-        parts = 2
+    runs: list[Run] = []
+    parts = chain([SCAN - 1 if _is_monotone(case) else FINE_SCAN], repeat(2))
+    angles = [first.angle for first in first_cases(case, "steady")]
+    while angles:
+        runs = sorted([*runs, *_decided(measure, case, angles)], key=lambda run: run.case.angle)
+        angles = _beyond(runs) or _inside_changes(runs, 2.0 * tolerance_deg, parts)
+        angles = angles or _probes(runs, case)
     return runs
 
 
@@ -421,7 +407,8 @@ def _decided(measure: Measure, case: OverRow, angles: Sequence[float]) -> list[R
     """
     if not _is_monotone(case):
         return list(measure(at_angles(case, angles)))
-    runs = list(measure(at_angles(_with_half_the_wells(case), angles)))
+    half = case.replace(wells=math.ceil(case.wells / 2))
+    runs = list(measure(at_angles(half, angles)))
     for place, run in enumerate(runs):
         if run.fate is Fate.MOVES_ON and run.margin < HARDLY_A_MARGIN:
             (runs[place],) = measure(at_angles(case, [run.case.angle]))
@@ -444,15 +431,16 @@ def _changes(runs: Sequence[Run]) -> list[tuple[Run, Run]]:
     return [(low, high) for low, high in pairwise(decided) if low.fate is not high.fate]
 
 
-def _inside_changes(runs: Sequence[Run], width: float, parts: int) -> list[float]:
-    """Return the angles that cut every change of fate wider than ``width`` into parts."""
+def _inside_changes(runs: Sequence[Run], width: float, parts: Iterator[int]) -> list[float]:
+    """Return the angles that cut every change of fate wider than ``width`` into the next parts."""
+    ends = [[r.case.angle for r in runs if low.case.angle <= r.case.angle <= high.case.angle]
+            for low, high in _changes(runs)]  # fmt: skip
+    wide = [e for e in ends if e[-1] - e[0] > width and len(e) <= MOST_UNDECIDED + 2]
+    cuts = next(parts) if wide else 0
     angles: list[float] = []
-    for low, high in _changes(runs):
-        ends = [r.case.angle for r in runs if low.case.angle <= r.case.angle <= high.case.angle]
-        if ends[-1] - ends[0] <= width or len(ends) > MOST_UNDECIDED + 2:
-            continue
-        widest = int(np.argmax(np.diff(ends)))
-        angles += np.linspace(ends[widest], ends[widest + 1], parts + 1)[1:-1].tolist()
+    for inside in wide:
+        widest = int(np.argmax(np.diff(inside)))
+        angles += np.linspace(inside[widest], inside[widest + 1], cuts + 1)[1:-1].tolist()
     return angles
 
 

@@ -13,7 +13,6 @@ A run takes one of two *routes*:
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -123,9 +122,13 @@ class OverRow(EqualSpheres):
         return np.array([force / self.stiffness])
 
     @property
-    @abstractmethod
     def stiffest_motion(self) -> tuple[float, float]:
-        """Return spring and dashpot [-] of the fastest motion, over those of one contact."""
+        """Return spring and dashpot [-] of the fastest motion, over those of one contact.
+
+        In a well they are 2 cos(phi)^2 normal to the row and 2 sin(phi)^2 along it.
+        """
+        factor = 2.0 * max(math.cos(self.half_angle) ** 2, math.sin(self.half_angle) ** 2)
+        return factor, factor
 
     @property
     def fewest_steps_per_contact(self) -> float:
@@ -230,11 +233,11 @@ class Incline(OverRow):
 
     @property
     def stiffest_motion(self) -> tuple[float, float]:
-        """Return 2 cos(phi)^2 or 2 sin(phi)^2; with friction 2, times the ratio of rates."""
-        factor = 2.0 * max(math.cos(self.half_angle) ** 2, math.sin(self.half_angle) ** 2)
-        if self.friction > 0.0:
-            share = self.inertia / (1.0 + self.inertia)
-            factor = 2.0 * max(1.0, *(ratio / share for ratio in self.tangential_ratios))
+        """Return also with friction: 2, times the ratio of tangential and normal rates."""
+        if self.friction == 0.0:
+            return super().stiffest_motion
+        share = self.inertia / (1.0 + self.inertia)
+        factor = 2.0 * max(1.0, *(ratio / share for ratio in self.tangential_ratios))
         return factor, factor
 
     @property

@@ -15,8 +15,7 @@ from harness.cases.incline.columns import (
     scene_of,
     sinking,
 )
-from harness.cases.incline.routes import crest_energy, loaded, start_load, start_of
-from harness.cases.incline.runs import Fate
+from harness.cases.incline.runs import Fate, crest_energy, loaded, start_load, start_of
 from harness.cases.tower.impulse import source_angles
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness.cases.incline.routes import (
+from harness.cases.incline.runs import (
     crest_radius,
     end_of,
     margin,
