@@ -240,10 +240,7 @@ CREST = State(0.0, 0.0, 0.0)  # at rest
 
 
 class RigidAngle(NamedTuple):
-    """A critical angle [deg] without rebound, its model, and what its shock leaves.
-
-    ``shock`` is the share of the kinetic energy, ``energy`` that energy [m g a].
-    """
+    """A critical angle [deg], its model; share of the energy after a shock, that energy [m g a]."""
 
     degrees: float
     model: str

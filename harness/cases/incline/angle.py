@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -29,10 +29,10 @@ SLIDING_EXPONENTS = (0.5, 1.0)  # of the stiffness, where shocks slide
 
 def friction_text(case: Incline) -> str:
     """Return friction, size and shape of a grain in words, empty for a plain one."""
-    words = [f", friction {case.friction:g}"] if case.friction else []
-    words += [f", grain of {case.grain / case.diameter:g} d"] if case.grain != case.diameter else []
-    words += [", disc"] if case.friction and case.shape == "disc" else []
-    return "".join(words)
+    friction, size = case.friction, case.grain / case.diameter
+    words = f", friction {friction:g}" if friction else ""
+    words += f", grain of {size:g} d" if case.grain != case.diameter else ""
+    return words + (", disc" if friction and case.shape == "disc" else "")
 
 
 @dataclass(frozen=True, repr=False)
@@ -138,25 +138,17 @@ class CriticalAngle(Plottable):
 
 @dataclass(frozen=True, repr=False)
 class ExtrapolatedAngle(Plottable):
-    """The critical angle of rigid spheres from an engine, with the angles behind it.
+    """The critical angle [deg] of rigid spheres from an engine, with the angles behind it.
 
     ``at_stiffness`` has the limit in the step at each stiffness [N/m], ``rigid`` the limit of
     those in the inverse stiffness.
     """
 
+    value: float
+    uncertainty: float
     angles: tuple[CriticalAngle, ...]
     at_stiffness: dict[float, Limit]
     rigid: Limit
-
-    @property
-    def value(self) -> float:
-        """Return the extrapolated critical angle [deg]."""
-        return self.rigid.value
-
-    @property
-    def uncertainty(self) -> float:
-        """Return its uncertainty [deg]."""
-        return self.rigid.uncertainty
 
     def to_json(self) -> dict[str, Any]:
         """Return the result, JSON-ready; stiffness and step are null: extrapolated."""
@@ -193,14 +185,13 @@ class ExtrapolatedAngle(Plottable):
 
     def summary(self) -> dict[str, str]:
         """Return the angle, the contact, the stiffnesses, the expected angle and the engine."""
-        first, stiffnesses = self.angles[0], [*self.at_stiffness]
-        expected, model = rigid_angle(first.case)
+        first, stiffnesses = self.angles[0], [power(k) for k in self.at_stiffness]
+        (expected, model), contact = rigid_angle(first.case), first.case.contact.name
         return {
             "critical angle": value_text(self.value, self.uncertainty, "deg"),
-            "case": f"incline, {first.case.contact.name} contact{friction_text(first.case)}, step "
-            "to zero, then stiffness to infinity",
-            "ladder": f"{len(self.angles)} angles, k = {power(min(stiffnesses))} to "
-            f"{power(max(stiffnesses))} N/m",
+            "case": f"incline, {contact} contact{friction_text(first.case)}, step to zero, then "
+            "stiffness to infinity",
+            "ladder": f"{len(self.angles)} angles, k = {stiffnesses[0]} to {stiffnesses[-1]} N/m",
             "theory": f"{expected:.5f} deg ({model})",
             "engine": first.provenance.label,
         }
@@ -209,39 +200,37 @@ class ExtrapolatedAngle(Plottable):
         """Draw the critical angle over the step, and its limits over the stiffness."""
         from harness.report import figures as look
 
-        figure, first = look.panels(1, 2, 3.8, 3.9), self.angles[0]
+        figure, first, rigid = look.panels(1, 2, 3.8, 3.9), self.angles[0], self.rigid
         by_step, by_stiffness = figure.axes
         for number, (stiffness, at) in enumerate(self.at_stiffness.items()):
             colour, marker = look.COLOURS[number % 7], look.MARKERS[number % 6]
-            text = f"k = {power(stiffness)} N/m"
-            by_step.errorbar(at.h, at.y, at.errors, fmt=marker, color=colour, label=text, capsize=2)
+            by_step.errorbar(at.h, at.y, at.errors, fmt=marker, color=colour, capsize=2,
+                             label=f"k = {power(stiffness)} N/m")  # fmt: skip
             fine = np.linspace(0.0, at.h.max(), 50)
             by_step.plot(fine, at.curve(fine), color=colour, lw=0.9)
             by_step.plot(0.0, at.value, marker, color=colour, mfc="white", clip_on=False)
         by_step.locator_params(axis="x", nbins=5, steps=[1, 2, 5, 10])
-        look.label(by_step, "1 / steps per contact time", "critical angle (deg)", "step to zero")
-        rigid = self.rigid
-        text = f"{first.provenance.engine}, step to zero"
-        by_stiffness.errorbar(1.0 / rigid.h, rigid.y, rigid.errors, fmt="o", capsize=2, label=text,
+        by_stiffness.errorbar(1.0 / rigid.h, rigid.y, rigid.errors, fmt="o", capsize=2,
+                              label=f"{first.provenance.engine}, step to zero",
                               color=look.BLUE)  # fmt: skip
         fine = np.geomspace(rigid.h.min() / 30.0, rigid.h.max(), 100)
-        text = f"fit, observed order {rigid.order:.2f}"
-        by_stiffness.plot(1.0 / fine, rigid.curve(fine), lw=0.9, label=text, color=look.BLUE)
-        text = f"limit {rigid.value:.5f} ± {rigid.uncertainty:.5f} deg"
-        by_stiffness.axhspan(*_range(rigid), color=look.GREEN, alpha=0.25, label=text)
+        by_stiffness.plot(1.0 / fine, rigid.curve(fine), color=look.BLUE, lw=0.9,
+                          label=f"fit, observed order {rigid.order:.2f}")  # fmt: skip
+        text = f"limit {self.value:.5f} ± {self.uncertainty:.5f} deg"
+        by_stiffness.axhspan(*_range(self), color=look.GREEN, alpha=0.25, label=text)
         by_stiffness.set_xscale("log")
-        look.label(by_stiffness, "stiffness k (N/m)", "critical angle (deg)",
-                   "then stiffness to infinity")  # fmt: skip
-        expected = rigid_angle(first.case)[0]
+        expected, y = rigid_angle(first.case)[0], "critical angle (deg)"
         for axes in figure.axes:
-            text = f"theory {expected:.5f} deg"
-            axes.axhline(expected, color=look.BLACK, ls="--", lw=1, label=text)
+            axes.axhline(expected, color=look.BLACK, ls="--", lw=1,
+                         label=f"theory {expected:.5f} deg")  # fmt: skip
+        look.label(by_step, "1 / steps per contact time", y, "step to zero")
+        look.label(by_stiffness, "stiffness k (N/m)", y, "then stiffness to infinity")
         look.legend_below(figure, 3)
         return figure
 
 
-def _range(result: CriticalAngle | Limit) -> tuple[float, float]:
-    return result.value - result.uncertainty, result.value + result.uncertainty
+def _range(angle: CriticalAngle | ExtrapolatedAngle) -> tuple[float, float]:
+    return angle.value - angle.uncertainty, angle.value + angle.uncertainty
 
 
 def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
@@ -249,18 +238,19 @@ def extrapolate(angles: Sequence[CriticalAngle]) -> ExtrapolatedAngle:
 
     Raise RequestError for fewer than three steps at a stiffness or fewer than four stiffnesses.
     """
+
+    def limit_of(points: Iterable[tuple[float, float, float]], *exponents: float) -> Limit:
+        h, values, errors = zip(*points, strict=True)
+        return limit(h, values, errors, exponents)
+
     ordered = sorted(angles, key=lambda a: (a.case.stiffness, a.case.steps_per_contact))
     at_stiffness = {
-        k: _limit([(1.0 / a.case.steps_per_contact, a.value, a.mean_error) for a in group], 1.0)
+        k: limit_of(((1.0 / a.case.steps_per_contact, a.value, a.mean_error) for a in group), 1.0)
         for k, group in groupby(ordered, key=lambda a: a.case.stiffness)
     }
     case = angles[0].case
     sticks = sticking_friction(math.degrees(case.half_angle), case.inertia)
     exponents = SLIDING_EXPONENTS if 0.0 < case.friction < sticks else STIFFNESS_EXPONENTS
-    limits = [(1.0 / k, at.value, at.uncertainty) for k, at in at_stiffness.items()]
-    return ExtrapolatedAngle(tuple(ordered), at_stiffness, _limit(limits, *exponents))
-
-
-def _limit(points: Sequence[tuple[float, float, float]], *exponents: float) -> Limit:
-    h, values, errors = zip(*points, strict=True)
-    return limit(h, values, errors, exponents)
+    limits = ((1.0 / k, at.value, at.uncertainty) for k, at in at_stiffness.items())
+    rigid = limit_of(limits, *exponents)
+    return ExtrapolatedAngle(rigid.value, rigid.uncertainty, tuple(ordered), at_stiffness, rigid)

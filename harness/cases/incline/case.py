@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from pydantic import Field
 
-from harness.cases.base import Case, Check, Level, Quantity, Value, path_in
+from harness.cases.base import COLUMNS, Case, Check, Level, Quantity, Value, path_in
 from harness.cases.bench import OWN, Bench
 from harness.cases.incline import checks
 from harness.cases.incline import search as searches
 from harness.cases.incline.angle import CriticalAngle
 from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound, rigid_angle
-from harness.cases.incline.runs import expected_steps, job_of, read, scene_of
+from harness.cases.incline.runs import Fate, expected_steps, job_of, read, scene_of
 from harness.cases.incline.system import Incline, OverRow, Route
 from harness.engines.base import Engine, Job, Output
 from harness.errors import EngineError, RequestError, Unsupported
@@ -78,7 +78,10 @@ class OverRowCase(Case[R]):
 
     def measure(self, parameters: R, output: Output) -> Mapping[str, float]:
         """Return the outcome of one passage."""
-        return read(parameters, "passage", output).quantities
+        run = read(parameters, "passage", output)
+        fate = {"moves_on": float(run.fate is Fate.MOVES_ON), "touching": float(run.touching)}
+        lasted = {"time_s": run.time_s, "steps": float(run.steps)}
+        return {"margin_over_mgd": run.margin, **fate, **lasted}
 
     def critical_angle(self, parameters: R, bench: Bench, **options: Any) -> CriticalAngle:
         """Return the critical angle [deg]; ``options`` are those of :class:`Search`.
@@ -99,13 +102,10 @@ class OverRowCase(Case[R]):
         except RequestError as error:
             text = str(error).replace("use method 'steady'", "use --set method=steady")
             raise RequestError(text.replace("method = 'passage'", "--set method=passage")) from None
-        values = {
-            "critical_angle_deg": Value(angle.value, angle.uncertainty),
-            "uncertainty_deg": Value(angle.uncertainty),
-            "monotone": Value(float(angle.monotone)),
-            "runs": Value(float(len(angle.runs))),
-        }
-        return {name: value for name, value in values.items() if name in names}
+        values = {"critical_angle_deg": angle.value, "uncertainty_deg": angle.uncertainty,
+                  "monotone": float(angle.monotone), "runs": float(len(angle.runs))}  # fmt: skip
+        errors = {"critical_angle_deg": angle.uncertainty}
+        return {n: Value(values[n], errors.get(n, 0.0)) for n in names if n in values}
 
 
 class InclineCase(OverRowCase[Incline]):
@@ -158,12 +158,9 @@ class InclineCase(OverRowCase[Incline]):
 
         e = rebound(parameters.contact)
         fate, energy, _, slid, _ = hard_sphere.passage(parameters.angle, e)
-        return {
-            "margin_over_mgd": energy,
-            "moves_on": float(fate == hard_sphere.MOVES_ON),
-            "touching": float(slid),
-            "critical_angle_deg": hard_sphere.critical_angle(e),
-        }
+        outcome = {"moves_on": float(fate == hard_sphere.MOVES_ON), "touching": float(slid)}
+        angle = hard_sphere.critical_angle(e)
+        return {"margin_over_mgd": energy, **outcome, "critical_angle_deg": angle}
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the checks of an engine, of all levels."""
@@ -185,23 +182,17 @@ class InclineCase(OverRowCase[Incline]):
     def discs(self, parameters: Incline, output: Output) -> Discs:
         """Return the grain over the row, tilted as it is, with its speed [m/s]."""
         path, d = path_in(output), parameters.diameter
+        x, y, vx, vy = (path[name] for name in COLUMNS[1:])
+        row = np.arange(math.floor(x.min() / d), math.ceil(x.max() / d) + 2) * d
         sine, cosine = math.sin(parameters.tilt), math.cos(parameters.tilt)
-
-        def tilted(along: Any, above: Any) -> tuple[Any, Any]:
-            return along * cosine + above * sine, above * cosine - along * sine
-
-        x, y = (path[name] for name in ("x_m", "y_m"))
-        places = np.arange(math.floor(float(x.min()) / d), math.ceil(float(x.max()) / d) + 2) * d
-        row = np.column_stack([*tilted(places, 0.0 * places), np.full(len(places), 0.5 * d)])
-        grain_x, grain_y = tilted(x, y)
         return Discs(
             f"The grain over the bumps at {parameters.angle:g} deg",
             path["time_s"],
-            grain_x[:, None],
-            grain_y[:, None],
+            (x * cosine + y * sine)[:, None],
+            (y * cosine - x * sine)[:, None],
             np.array([0.5 * parameters.grain]),
-            fixed=row,
-            value=np.hypot(path["vx_m_per_s"], path["vy_m_per_s"])[:, None],
+            fixed=np.column_stack([row * cosine, -row * sine, np.full(len(row), 0.5 * d)]),
+            value=np.hypot(vx, vy)[:, None],
             value_label="speed (m/s)",
         )
 

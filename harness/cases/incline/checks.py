@@ -97,7 +97,7 @@ def checks(engine: Engine, longest: Level = "full") -> Iterator[Check]:
 
 
 def _quick(engine: Engine) -> Iterator[Check]:
-    if not is_slow(engine):
+    if engine.traits.microseconds_per_step < SLOW_MICROSECONDS:
         yield limit_check(PLASTIC_CASE, search.QUICK_LADDER, 1e-3)
     for case in (*CASES, ROLLING, SLIDING):
         yield same_angle(case)
@@ -106,14 +106,9 @@ def _quick(engine: Engine) -> Iterator[Check]:
     yield from _shock_checks()
     for name, changes in SCALED.items():
         yield _same_units(name, CLIPPED_CASE.replace(**changes))
-    yield _run_check(
-        SOURCE_CASE.replace(angle=PATH_ANGLE),
-        ", in-process against executable",
-        quantity="margin_over_mgd",
-        measure=_margin,
-        expected=_margin_of_twin,
-        tolerance=SAME_INSTRUCTIONS,
-    )
+    yield _run_check(SOURCE_CASE.replace(angle=PATH_ANGLE), ", in-process against executable",
+                     quantity="margin_over_mgd", measure=_margin, expected=_margin_of_twin,
+                     tolerance=SAME_INSTRUCTIONS)  # fmt: skip
     for case, note in (
         (SOURCE_CASE, "close by cancellation: step and stiffness have errors of opposite sign"),
         (SOURCE_CLIPPED, "clipping the tail makes a rebound where there was none"),
@@ -123,7 +118,7 @@ def _quick(engine: Engine) -> Iterator[Check]:
 
 
 def _default(engine: Engine) -> Iterator[Check]:
-    if not is_slow(engine):
+    if engine.traits.microseconds_per_step < SLOW_MICROSECONDS:
         yield limit_check(PLASTIC_CASE, search.Ladder(), 3e-4)
         yield from _friction_curve(engine, "default")
     for case in CASES:
@@ -135,7 +130,7 @@ def _default(engine: Engine) -> Iterator[Check]:
 def _full(engine: Engine) -> Iterator[Check]:
     """Yield also limits and steady motion of other grains, which shorter levels decide for one."""
     yield from (same_angle(case) for case in (DISC, LARGE))
-    if is_slow(engine):
+    if engine.traits.microseconds_per_step >= SLOW_MICROSECONDS:
         yield limit_check(PLASTIC_CASE, search.QUICK_LADDER, 1e-3)
         return
     yield from _friction_curve(engine, "full")
@@ -162,11 +157,6 @@ def _friction_curve(engine: Engine, level: Level) -> Iterator[Check]:
             yield against_theory(friction_case(friction), judged=judged)
 
 
-def is_slow(engine: Engine) -> bool:
-    """Return whether an engine has fewer checks of many runs."""
-    return engine.traits.microseconds_per_step >= SLOW_MICROSECONDS
-
-
 def limits_dashpot(engine: Engine) -> bool:
     """Return whether Coulomb's limit is one for spring and dashpot together, as in theory.
 
@@ -191,10 +181,9 @@ def near_critical(case: Incline) -> Incline:
 
 def words(case: Incline) -> str:
     """Return contact, stiffness, step and friction of a case for a setup."""
-    return (
-        f"{case.contact.name} contact, k = {power(case.stiffness)} N/m, "
-        f"{case.steps_per_contact:g} steps{friction_text(case)}"
-    )
+    contact, k = case.contact.name, power(case.stiffness)
+    steps = f"{case.steps_per_contact:g} steps"
+    return f"{contact} contact, k = {k} N/m, {steps}{friction_text(case)}"
 
 
 # ---- critical angles
@@ -233,13 +222,9 @@ def limit_check(case: Incline, ladder: search.Ladder, width: float) -> Check:
 
 def same_angle(case: Incline) -> Check:
     """Return the angle of a case against the reference at equal steps."""
-    return angle_check(
-        case,
-        measure=partial(_angle, case=case),
-        expected=lambda bench: search.reference_angle(bench, case).value,
-        tolerance=partial(with_digits, SAME_STEPS, 1.0 / SLOPE),
-        check="reference",
-    )
+    return angle_check(case, measure=partial(_angle, case=case), check="reference",
+                       expected=partial(_reference_angle, case=case),
+                       tolerance=partial(with_digits, SAME_STEPS, 1.0 / SLOPE))  # fmt: skip
 
 
 def against_theory(case: Incline, *, judged: bool) -> Check:
@@ -260,18 +245,18 @@ def _same_units(name: str, scaled: Incline) -> Check:
     """Return the angle of the same k d / (m g) in other units."""
     overlap = CLIPPED_CASE.static_overlap * scaled.diameter
     case = scaled.replace(stiffness=scaled.weight / overlap)
-    return angle_check(
-        case,
-        setup=f"clipped contact, 50 steps, {name}",
-        measure=partial(_angle, case=case),
-        expected=partial(_angle, case=CLIPPED_CASE),
-        tolerance=partial(with_digits, SAME_MOTION, 1.0 / SLOPE),
-        check="same k d / (m g)",
-    )
+    return angle_check(case, setup=f"clipped contact, 50 steps, {name}", check="same k d / (m g)",
+                       measure=partial(_angle, case=case),
+                       expected=partial(_angle, case=CLIPPED_CASE),
+                       tolerance=partial(with_digits, SAME_MOTION, 1.0 / SLOPE))  # fmt: skip
 
 
 def _angle(bench: Bench, case: Incline) -> float:
     return search.angle_on(bench, case).value
+
+
+def _reference_angle(bench: Bench, case: Incline) -> float:
+    return search.search(search.reference_measure(bench, "passage"), case, "passage").value
 
 
 def ladder_jobs(case: Incline, ladder: search.Ladder) -> tuple[Job, ...]:
@@ -301,14 +286,9 @@ def _run_check(
 
 def same_path(case: Incline) -> Check:
     """Return the largest difference of the path of a passage from the reference's."""
-    return _run_check(
-        case,
-        quantity="largest difference of the path",
-        measure=_path_difference,
-        tolerance=partial(with_digits, SAME_PATH, 1.0),
-        check="reference",
-        jobs=(job_of(case, "passage", EVERY),),
-    )
+    return _run_check(case, quantity="largest difference of the path", measure=_path_difference,
+                      tolerance=partial(with_digits, SAME_PATH, 1.0), check="reference",
+                      jobs=(job_of(case, "passage", EVERY),))  # fmt: skip
 
 
 def _path_difference(bench: Bench, case: Incline) -> Value | float:
@@ -328,18 +308,11 @@ def _path_difference(bench: Bench, case: Incline) -> Value | float:
 def _shock_checks() -> Iterator[Check]:
     """Yield the energy after each shock by theory, and at the first crests by the reference."""
     of_shocks = partial(_run_check, SHOCKS, route="steady", unit="m g d")
-    yield of_shocks(
-        quantity="largest error of the energy after each shock",
-        measure=_worst_shock,
-        tolerance=SHOCK_ENERGY,
-        kind=Kind.ANALYTIC,
-    )
-    yield of_shocks(
-        quantity=f"largest error of the energy at {FIRST_CRESTS} crests",
-        measure=_worst_crest,
-        tolerance=partial(with_digits, SAME_CRESTS, 1.0),
-        check="reference",
-    )
+    yield of_shocks(quantity="largest error of the energy after each shock",
+                    measure=_worst_shock, tolerance=SHOCK_ENERGY, kind=Kind.ANALYTIC)  # fmt: skip
+    yield of_shocks(quantity=f"largest error of the energy at {FIRST_CRESTS} crests",
+                    measure=_worst_crest, tolerance=partial(with_digits, SAME_CRESTS, 1.0),
+                    check="reference")  # fmt: skip
 
 
 def _worst_shock(bench: Bench, case: Incline) -> Value:

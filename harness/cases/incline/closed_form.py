@@ -52,9 +52,8 @@ class Theory(Summarized, SimpleNamespace):
     """A critical angle [deg] by theory, and what it rests on: attributes, JSON keys, a table.
 
     Of equal spheres without friction: shock, reading, bounds, energies in m g d at that angle. Of a
-    restitution, ``one_shock_kept_deg`` and ``one_shock_lost_deg`` are both readings of the source,
-    ``event_driven_deg`` is the angle of rigid spheres whose every rebound is followed, None above a
-    restitution of 0.7, where the grain flies over the crest.
+    restitution, ``one_shock_kept_deg`` and ``one_shock_lost_deg`` are readings of the source,
+    ``event_driven_deg`` follows every rebound of rigid spheres; None above 0.7, where they fly.
 
     With friction or sizes: ``model`` is a closed form or an integration, energies are in m g (R +
     r). From ``sticking_friction`` on the shock of a rolling grain sticks, from ``rolling_friction``
@@ -238,11 +237,8 @@ def angles_to_compare(contact: Contact) -> dict[str, float | str]:
     if rebound(contact) <= ONE_SHOCK:
         return {"closed_form_deg": incline.critical_angle()}
     kept, lost = _readings(rebound(contact))
-    return {
-        "closed_form_kept_deg": kept,
-        "closed_form_lost_deg": lost,
-        "theory": _one_shock_text(contact),
-    }
+    readings = {"closed_form_kept_deg": kept, "closed_form_lost_deg": lost}
+    return {**readings, "theory": _one_shock_text(contact)}
 
 
 def _one_shock_text(contact: Contact) -> str:
@@ -292,10 +288,9 @@ def most_restitution(case: OverRow) -> float:
     """
     from harness.solvers import hard_sphere
 
-    upright = case.replace(angle=incline.critical_angle())
-    judged = math.degrees(
-        settled_before(upright) + SPEED_AFTER_SHOCK * case.contact_time / case.unit_of_time
-    )
+    settled = settled_before(case.replace(angle=incline.critical_angle()))
+    judged = settled + SPEED_AFTER_SHOCK * case.contact_time / case.unit_of_time
+    judged = math.degrees(judged)
     if hard_sphere.hops_end(PASSAGES) >= judged:
         return PASSAGES
     return float(brentq(lambda e: hard_sphere.hops_end(e) - judged, 0.0, PASSAGES, xtol=1e-4))

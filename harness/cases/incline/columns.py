@@ -153,12 +153,8 @@ def job_of(case: Columns, route: Route = "passage", every: int | None = None) ->
 
 def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str, ScriptValue]:
     """Return the values of the script: those of any row, and the columns'."""
-    return {
-        **runs.row_values(case, route, every),
-        "n": case.n,
-        "law": case.law,
-        "inside": case.inside,
-    }
+    own = {"n": case.n, "law": case.law, "inside": case.inside}
+    return {**runs.row_values(case, route, every), **own}
 
 
 _DEFAULTS = values_of(Columns(), "passage")
@@ -193,16 +189,16 @@ def scene_of(case: Columns, route: Route = "passage", every: int | None = None) 
 
 
 def _bodies(case: Columns, route: Route) -> tuple[Body, ...]:
-    (x, y, vx, vy, _), radius = runs.start_of(case, route), 0.5 * case.diameter
-    grain = Body(radius=radius, mass=case.mass, type=2, position=(x, y, 0.0),
+    x, y, vx, vy, _ = runs.start_of(case, route)
+    grain = Body(radius=0.5 * case.diameter, mass=case.mass, type=2, position=(x, y, 0.0),
                  velocity=(vx, vy, 0.0))  # fmt: skip
     guided = grain.replace(type=1, velocity=ZERO, axes=(False, True, False))
     fixed = grain.replace(type=1, velocity=ZERO, motion="frozen")
     force, phi = runs.start_load(case) if route == "passage" else (0.0, 0.0)
+    sunk = [sinking(case, force, force * math.cos(phi - case.tilt)), sinking(case)]
     bodies = [grain]
     for i in range(case.spheres):
-        press = (0.0, 0.0) if i else (force, force * math.cos(phi - case.tilt))
-        depths = case.diameter * np.arange(case.n) + sinking(case, *press)
+        depths = case.diameter * np.arange(case.n) + sunk[min(i, 1)]
         places = [(i * case.diameter, -float(depth), 0.0) for depth in depths]
         bodies += [guided.replace(position=place) for place in places[:-1]]
         bodies.append(fixed.replace(position=places[-1]))
@@ -230,7 +226,7 @@ def run_at_equal_steps(bench: Bench, case: Columns, route: Route = "passage") ->
 
 
 class ColumnsCase(OverRowCase[Columns]):
-    """The incline's grain on columns of n particles, the last one fixed: critical angle."""
+    """The incline's grain on columns of n particles."""
 
     name = "columns"
     summary = "The incline's grain on columns of n particles, the last one fixed: critical angle."
@@ -273,25 +269,23 @@ class ColumnsCase(OverRowCase[Columns]):
 def engine_checks() -> Iterator[Check]:
     """Yield the path over one particle, and margins over three at equal steps."""
     single = Columns(n=1, stiffness=1e5, angle=10.6, wells=3)
-    jobs = [
-        job_of(single, "steady", PATH_EVERY),
-        runs.job_of(single.incline, "steady", PATH_EVERY),
-    ]
+    jobs = [job_of(single, "steady", PATH_EVERY),
+            runs.job_of(single.incline, "steady", PATH_EVERY)]  # fmt: skip
     yield Check(
-        setup="n = 1, three wells",
-        quantity="path_difference_m",
-        unit="m",
-        measure=partial(_path_difference, jobs),
-        expected=0.0,
-        tolerance=SAME_PATH,
-        jobs=jobs,
+        setup="n = 1, three wells", quantity="path_difference_m", unit="m",
+        measure=partial(_path_difference, jobs), expected=0.0, tolerance=SAME_PATH, jobs=jobs,
         note="largest distance from the path over the incline's row",
-    )
+    )  # fmt: skip
+    # soft and with the source's contact: an external force costs a millisecond a step
+    soft = Columns(n=3, contact=SOURCE, steps_per_contact=50.0, stiffness=2e3, angle=10.6)
     for law, inside in product(LAWS, SAME_STEPS):
-        # soft and with the source's contact: an external force costs a millisecond a step
-        yield _same_margin(Columns(n=3, law=law, inside=inside, contact=SOURCE,
-                                   steps_per_contact=50.0, stiffness=2e3,
-                                   angle=10.6))  # fmt: skip
+        case = soft.replace(law=law, inside=inside)
+        yield Check(
+            setup=f"{law} law, {inside}, n = 3, k = 2e3 N/m", quantity="margin_over_mgd", unit="1",
+            check="equal steps", measure=partial(_margin, case), jobs=[job_of(case)],
+            expected=partial(_margin_at_equal_steps, case),
+            tolerance=partial(with_digits, SAME_STEPS[inside], 1.0),
+        )  # fmt: skip
 
 
 def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
@@ -304,18 +298,12 @@ def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
     return float(np.hypot(x, y).max())
 
 
-def _same_margin(case: Columns) -> Check:
-    job = job_of(case)
-    return Check(
-        setup=f"{case.law} law, {case.inside}, n = {case.n}, k = 2e3 N/m",
-        quantity="margin_over_mgd",
-        unit="1",
-        check="equal steps",
-        measure=lambda bench: runs.read(case, "passage", bench.output(job)).margin,
-        expected=lambda bench: run_at_equal_steps(bench, case).margin,
-        tolerance=partial(with_digits, SAME_STEPS[case.inside], 1.0),
-        jobs=[job],
-    )
+def _margin(case: Columns, bench: Bench) -> float:
+    return runs.read(case, "passage", bench.output(job_of(case))).margin
+
+
+def _margin_at_equal_steps(case: Columns, bench: Bench) -> float:
+    return run_at_equal_steps(bench, case).margin
 
 
 def solver_checks() -> Iterator[Check]:
@@ -324,15 +312,10 @@ def solver_checks() -> Iterator[Check]:
         for reading, expected in angles.items():
             yield Check(
                 setup=f"{law} law, damped, n = {height}, k = 1e5 N/m",
-                quantity="critical_angle_deg",
-                unit="deg",
-                check=f"source, velocity {reading}",
-                measure=partial(_angle, law, height),
-                expected=expected,
-                kind=Kind.FINDING,
-                level=HEIGHTS[height],
-                note=f"{rigid_angle():.4f} deg over one fixed sphere",
-            )
+                quantity="critical_angle_deg", unit="deg", check=f"source, velocity {reading}",
+                measure=partial(_angle, law, height), expected=expected, kind=Kind.FINDING,
+                level=HEIGHTS[height], note=f"{rigid_angle():.4f} deg over one fixed sphere",
+            )  # fmt: skip
 
 
 def _angle(law: Law, height: int, bench: Bench) -> Value:

@@ -47,10 +47,15 @@ class Loaded(NamedTuple):
 def loaded(case: OverRow, force: float, beta: float) -> Loaded:
     """Return the row under a ``force`` [N] of the grain at ``beta`` [rad] to the row's normal."""
     load = force * math.cos(beta)
-    overlaps = case.rest_overlaps(force, load)
-    added = overlaps - case.rest_overlaps(0.0, 0.0)
-    sunk = float(np.sum(added[1:]))
-    return Loaded(float(overlaps[0]), sunk, 0.5 * (force * float(added[0]) + load * sunk))
+    overlap, sunk = added_overlaps(case, force, load)
+    energy = 0.5 * (force * overlap + load * sunk)
+    return Loaded(float(case.rest_overlaps(force, load)[0]), sunk, energy)
+
+
+def added_overlaps(case: OverRow, force: float, load: float) -> tuple[float, float]:
+    """Return what a force and a load [N] add to the overlap with the grain, and to those below."""
+    added = case.rest_overlaps(force, load) - case.rest_overlaps(0.0, 0.0)
+    return float(added[0]), float(np.sum(added[1:]))
 
 
 def own_sinking(case: OverRow) -> float:
@@ -99,7 +104,7 @@ def allowed_margin(case: OverRow) -> float:
     there as the load turns, by (compliance m g) sin(theta) per radian, which adds
     m g (s' cos(theta))^2 / 2 d. Four times this is allowed.
     """
-    give = float(np.sum((case.rest_overlaps(0.0, case.weight) - case.rest_overlaps(0.0, 0.0))[1:]))
+    _, give = added_overlaps(case, 0.0, case.weight)
     turn = give * math.sin(case.tilt) * math.cos(case.tilt)
     return 2.0 * case.weight / case.diameter * turn**2
 
@@ -138,8 +143,7 @@ def _start_behind_crest(case: OverRow) -> tuple[float, float, float, float, floa
     start, crest = loaded(case, force, beta), loaded(case, weight, case.tilt)
     r = case.arm - start.overlap
     change = -(3.0 + inertia) * weight * math.sin(phi) / (1.0 + inertia)  # of the force, with phi
-    pressed = case.rest_overlaps(change, change * cosine - force * sine)
-    slope = -float(pressed[0] - case.rest_overlaps(0.0, 0.0)[0])  # of r
+    slope = -added_overlaps(case, change, change * cosine - force * sine)[0]  # of r
     kinetic = weight * (case.arm - crest.overlap - r * math.cos(phi)) + crest.energy - start.energy
     kinetic += weight * (start.sunk - crest.sunk) * math.cos(case.tilt)
     omega = math.sqrt(2.0 * kinetic / case.mass / ((1.0 + inertia) * r * r + slope * slope))
@@ -186,9 +190,8 @@ def scene_of(case: Incline, route: Route, every: int | None = None) -> Scene:
     Without ``every`` the start is the only sample: the ends of stages are enough to judge a run.
     """
     x, y, vx, vy, spin = start_of(case, route)
-    grain = _body(case, case.grain).replace(
-        position=(x, y, 0.0), velocity=(vx, vy, 0.0), angular_velocity=(0.0, 0.0, spin)
-    )
+    grain = _body(case, case.grain).replace(position=(x, y, 0.0), velocity=(vx, vy, 0.0),
+                                            angular_velocity=(0.0, 0.0, spin))  # fmt: skip
     fixed = "frozen" if case.contact.effective_mass == "full" else "held"
     spheres = min(case.spheres, MOST_SCENE_SPHERES)
     row = _row(_body(case, case.diameter).replace(motion=fixed), spheres)
@@ -211,6 +214,7 @@ def _row(sphere: Body, count: int) -> tuple[Body, ...]:
 def scene_over(case: OverRow, route: Route, every: int | None, spheres: int, **parts: Any) -> Scene:
     """Return the scene of a run over a row of so many spheres, with bodies and laws as given."""
     g, steps = case.gravity, math.ceil(case.time_limit * case.unit_of_time / case.step)
+    wells = 1 if route == "passage" else case.wells
     fall = case.weight * case.diameter * math.sin(case.tilt)
     floor = crest_energy(case, springs=False) + allowed_margin(case)  # a Stage has no springs
     return Scene(
@@ -222,14 +226,9 @@ def scene_over(case: OverRow, route: Route, every: int | None, spheres: int, **p
         every=every or steps,
         stages=tuple(
             Stage(place=end_of(case, route, well), floor=floor - well * fall)
-            for well in range(1, wells_of(case, route) + 1)
+            for well in range(1, wells + 1)
         ),
     )
-
-
-def wells_of(case: OverRow, route: Route) -> int:
-    """Return how many wells a run passes."""
-    return 1 if route == "passage" else case.wells
 
 
 def expected_steps(case: OverRow, route: Route) -> float:
@@ -245,14 +244,8 @@ def job_of(case: Incline, route: Route, every: int | None = None) -> Job:
     ``every`` is the number of steps between samples of the path, which are else not written.
     """
     variant = case.contact.name if case.contact.name in TEMPLATE.variants else TEMPLATE.main
-    return Job(
-        TEMPLATE,
-        values_of(case, route, every),
-        variant,
-        sampled=every is not None,
-        scene=scene_of(case, route, every),
-        steps=expected_steps(case, route),
-    )
+    return Job(TEMPLATE, values_of(case, route, every), variant, sampled=every is not None,
+               scene=scene_of(case, route, every), steps=expected_steps(case, route))  # fmt: skip
 
 
 def values_of(case: Incline, route: Route, every: int | None = None) -> dict[str, Value]:
@@ -338,17 +331,6 @@ class Run:
     crest_margins: Floats
     output: Output = field(repr=False)
 
-    @property
-    def quantities(self) -> dict[str, float]:
-        """Return the quantities of the case, by name."""
-        return {
-            "margin_over_mgd": self.margin,
-            "moves_on": float(self.fate is Fate.MOVES_ON),
-            "touching": float(self.touching),
-            "time_s": self.time_s,
-            "steps": float(self.steps),
-        }
-
 
 def read(case: OverRow, route: Route, output: Output) -> Run:
     """Return the run in an output: judged by its script, else by the ends of its stages.
@@ -372,7 +354,7 @@ def read(case: OverRow, route: Route, output: Output) -> Run:
 
 
 def _judged_by_script(case: OverRow, route: Route, output: Output) -> Run:
-    crests, wells = output.rows("crest", 4), wells_of(case, route)
+    crests, wells = output.rows("crest", 4), 1 if route == "passage" else case.wells
     try:
         fate, touching = Fate(output.text("verdict")), TOUCHING[output.text("touching")]
     except (ValueError, KeyError) as error:
@@ -395,7 +377,7 @@ def _judged_by_stages(case: OverRow, route: Route, output: Output) -> Run:
     One that slides over the crest has no other root, and its margin keeps its slope there. A grain
     is trapped by its energy of translation.
     """
-    table, wells = output.table(COLUMNS, name=STAGES), wells_of(case, route)
+    table, wells = output.table(COLUMNS, name=STAGES), 1 if route == "passage" else case.wells
     time, x, y, vx, vy = (table[name][1:] for name in COLUMNS)
     if not 1 <= x.size <= wells:
         raise EngineOutputError(f"{output.engine} left {x.size} ends of stages, of {wells} wells")
@@ -403,12 +385,12 @@ def _judged_by_stages(case: OverRow, route: Route, output: Output) -> Run:
     sliding = margin(case, well, (x, y, vx, vy))
     rolling = 0.5 * case.rolling_inertia * case.mass * (vx**2 + vy**2) / case.weight_energy
     margins, beyond = sliding + rolling, x > end_of(case, route, well)
+    below = sliding[-1] < allowed_margin(case) / case.weight_energy
     fate = Fate.UNDECIDED
     if beyond[-1] and x.size == wells:
         fate = Fate.TRAPPED if route == "passage" and margins[-1] < 0.0 else Fate.MOVES_ON
-    elif not beyond[-1] and vx[-1] < 0.0:
-        below = sliding[-1] < allowed_margin(case) / case.weight_energy
-        fate = Fate.TRAPPED if below else Fate.UNDECIDED
+    elif not beyond[-1] and vx[-1] < 0.0 and below:
+        fate = Fate.TRAPPED
     limit = case.time_limit * case.unit_of_time
     if fate is Fate.UNDECIDED and time[-1] < limit * (1.0 - 1e-9) - LOOK * case.step:
         raise EngineOutputError(

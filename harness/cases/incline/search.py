@@ -31,7 +31,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from scipy.optimize import brentq, root_scalar
 
-from harness.cases.bench import Bench
+from harness.cases.bench import Bench, Progress
 from harness.cases.incline.angle import CriticalAngle, ExtrapolatedAngle, extrapolate
 from harness.cases.incline.closed_form import check_passage, refuse_passage
 from harness.cases.incline.runs import Fate, Run, job_of, read, scene_of
@@ -44,9 +44,7 @@ from harness.model.law import PLASTIC
 from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import kept_speed
 
-Progress = Callable[[str, int, int], None]  # stage, done, expected
-Measure = Callable[[Sequence[Any]], Sequence[Run]]
-"""Runs cases of one route and returns their runs in order."""
+Measure = Callable[[Sequence[Any]], Sequence[Run]]  # runs cases of one route, in order
 
 TOLERANCES_DEG: dict[Route, float] = {"passage": 1e-3, "steady": 5e-3}
 PHASES = 8  # starts within a step, over which a passage is averaged
@@ -174,11 +172,6 @@ def angle_on(
     return search(measure, case, method, tolerance_deg)
 
 
-def reference_angle(bench: Bench, case: Incline) -> CriticalAngle:
-    """Return the critical angle by passage in the reference, by the bench's conventions."""
-    return search(reference_measure(bench, "passage"), case, "passage")
-
-
 def extrapolated_on(
     bench: Bench, ladder: Ladder, case: Incline, progress: Progress = lambda *_: None
 ) -> ExtrapolatedAngle:
@@ -204,16 +197,15 @@ def engine_measure(bench: Bench, route: Route, job: Callable[..., Job] = job_of)
         if reason := next(filter(None, map(bench.refusal, jobs)), ""):
             raise Unsupported(reason)
         bench.prepare(jobs)
-        return [_read(c, route, bench.output(job)) for c, job in zip(cases, jobs, strict=True)]
+        return [run_of(case, bench.output(job)) for case, job in zip(cases, jobs, strict=True)]
+
+    def run_of(case: OverRow, output: Output) -> Run:
+        try:
+            return read(case, route, output)
+        except EngineError as error:
+            raise error.with_log(error.log or output.log) from None
 
     return measure
-
-
-def _read(case: OverRow, route: Route, output: Output) -> Run:
-    try:
-        return read(case, route, output)
-    except EngineError as error:
-        raise error.with_log(error.log or output.log) from None
 
 
 def reference_measure(bench: Bench, route: Route) -> Measure:

@@ -176,8 +176,7 @@ class Incline(OverRow):
                 f"diameter = {self.diameter:g} m with density = {self.density:g} kg/m3 gives a "
                 "mass that is beyond floating point: must be from about 1e-297 to 1e297 kg"
             )
-        if not self.is_plain:
-            self._check_size()
+        self._check_size()
         if self.static_overlap > 0.01:
             raise ValueError(
                 f"stiffness = {self.stiffness:g} N/m is too soft: the grain's weight would press "
@@ -194,8 +193,8 @@ class Incline(OverRow):
                 f"grain_diameter = {self.grain:g} m: must be at most {most:g} m, half of a row of "
                 f"{self.spheres} spheres"
             )
-        if self.grain >= self.diameter:
-            return  # the least ratio is below 0.83 at any friction, and takes long to find
+        if self.grain >= self.diameter:  # the least is below 0.83 of it, and takes long to find
+            return
         least = smallest_size_ratio(Grain.of(self.friction, self.shape)) * self.diameter
         if self.grain < least:
             raise ValueError(
