@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import resources
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -18,20 +17,18 @@ from harness.cases.incline import checks
 from harness.cases.incline import search as searches
 from harness.cases.incline.angle import CriticalAngle
 from harness.cases.incline.closed_form import ONE_SHOCK, expected_angle, rebound, rigid_angle
-from harness.cases.incline.runs import Fate, expected_steps, job_of, read, scene_of
+from harness.cases.incline.runs import Fate, expected_steps, job_of, read
 from harness.cases.incline.system import Incline, OverRow, Route
 from harness.engines.base import Engine, Job, Output
 from harness.errors import EngineError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import CLIPPED, CONTACTS, PLASTIC, SOURCE
-from harness.model.scene import Scene
 from harness.report.content import Discs, Drawing, Opening, Section
 from harness.theory import incline as theory
 
 if TYPE_CHECKING:
     from harness.report.figures import Figure
 
-HARD_SPHERE = "hard-sphere"
 R = TypeVar("R", bound=OverRow)
 Result = TypeVar("Result")
 
@@ -72,9 +69,15 @@ class OverRowCase(Case[R]):
         Quantity("runs", "1", "runs behind the critical angle", 10.0, varies=("angle", "phase")),
     )  # fmt: skip
 
-    @abstractmethod
+    run_job: ClassVar[Callable[..., Job]]  # of a case, a route and the steps between samples
+
+    def job(self, parameters: R) -> Job:
+        """Return the job of one passage."""
+        return self.run_job(parameters, "passage")
+
     def measure_on(self, bench: Bench, route: Route) -> searches.Measure:
         """Return a function that runs cases of a route on a bench."""
+        return searches.engine_measure(bench, route, self.run_job)
 
     def measure(self, parameters: R, output: Output) -> Mapping[str, float]:
         """Return the outcome of one passage."""
@@ -119,19 +122,8 @@ class InclineCase(OverRowCase[Incline]):
         for name, contact in CONTACTS.items()
     }
     sources = {SOURCE.name: "the source paper, arXiv 2409.13633"}  # noqa: RUF012
-    solvers = (HARD_SPHERE,)
-
-    def job(self, parameters: Incline) -> Job:
-        """Return the job of one passage."""
-        return job_of(parameters, "passage")
-
-    def scene(self, parameters: Incline) -> Scene:
-        """Return one passage as a scene."""
-        return scene_of(parameters, "passage")
-
-    def measure_on(self, bench: Bench, route: Route) -> searches.Measure:
-        """Return a function that runs cases in the engine of a bench."""
-        return searches.engine_measure(bench, route)
+    solvers = ("hard-sphere",)
+    run_job = staticmethod(job_of)
 
     def exact(self, parameters: Incline) -> Mapping[str, float]:
         """Return the margin and the critical angle of rigid grains, of contacts that allow it."""

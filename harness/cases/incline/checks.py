@@ -266,9 +266,8 @@ def ladder_jobs(case: Incline, ladder: search.Ladder) -> tuple[Job, ...]:
 
 def first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
     """Return the first jobs of a search, with the steps that the search is expected to take."""
-    jobs = [
-        job_of(first, route) for first in search.first_cases(search.prepared(case, route), route)
-    ]
+    case = search.prepared(case, route)
+    jobs = [job_of(first, route) for first in search.first_cases(case, route)]
     return tuple(replace(job, steps=search.RUNS[route] / len(jobs) * job.steps) for job in jobs)
 
 
@@ -302,7 +301,7 @@ def _path_difference(bench: Bench, case: Incline) -> Value | float:
     path, speed = path_in(output, len(expected["time_s"])), case.diameter / case.unit_of_time
     units = (case.unit_of_time, case.diameter, case.diameter, speed, speed)
     errors = [np.abs(path[name] - expected[name]) for name in COLUMNS]
-    return max(float(error.max()) / unit for error, unit in zip(errors, units, strict=True))
+    return float(np.max([error.max() / unit for error, unit in zip(errors, units, strict=True)]))
 
 
 def _shock_checks() -> Iterator[Check]:

@@ -37,7 +37,6 @@ PLACES = 400  # within a step at which a contact is taken to begin
 FINE_STEPS = 1000.0  # per contact time, above which a restitution is the closed form's to 0.2 %
 LONGEST_CONTACT = 10.0  # [pi / omega] after which a grain that has not left creeps
 NO_REBOUND = 1e-6  # restitution below which the angle of rigid spheres is the closed form to 1e-10
-HIGHEST_FRICTION = 1e9
 LARGEST_SIZE_RATIO = 100.0  # with a critical angle of 5.6e-5 deg
 ONE_SHOCK_CAVEAT = (
     "critical_angle_deg takes one collision for the many rebounds in a well: rigid spheres, "
@@ -163,7 +162,7 @@ def _of_grain(friction: float, grain_diameter: float, shape: Shape, diameter: fl
     """Return the theory of a grain with friction or of another size than the row's spheres."""
     most, sizes = LARGEST_SIZE_RATIO * diameter, "from 1e-30 to 1e30 m"
     conditions = (
-        (0.0 <= friction <= HIGHEST_FRICTION, f"friction = {friction!r}", "from 0 to 1e9"),
+        (0.0 <= friction <= 1e9, f"friction = {friction!r}", "from 0 to 1e9"),
         (shape in get_args(Shape), f"shape = {shape!r}", "'sphere' or 'disc'"),
         (1e-30 <= diameter <= 1e30, f"diameter = {diameter!r}", sizes),
         (1e-30 <= grain_diameter <= 1e30, f"grain-diameter = {grain_diameter!r}", sizes),

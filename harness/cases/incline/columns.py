@@ -36,7 +36,7 @@ from harness.cases.checks import with_digits
 from harness.cases.incline import runs
 from harness.cases.incline.case import CASE as INCLINE
 from harness.cases.incline.case import OverRowCase
-from harness.cases.incline.search import Measure, engine_measure
+from harness.cases.incline.search import Measure
 from harness.cases.incline.system import Floats, Incline, OverRow, Route
 from harness.engines.base import Engine, Job, Output, Template
 from harness.engines.base import Value as ScriptValue
@@ -158,11 +158,8 @@ def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str
 
 
 _DEFAULTS = values_of(Columns(), "passage")
-TEMPLATE = Template(
-    name="columns",
-    variants={"": _DEFAULTS},
-    allowed={**runs.allowed_values(OverRow, _DEFAULTS), **allowed_in(Columns)},
-)
+_ALLOWED = {**runs.allowed_values(OverRow, _DEFAULTS), **allowed_in(Columns)}
+TEMPLATE = Template("columns", {"": _DEFAULTS}, allowed=_ALLOWED)
 
 
 def scene_of(case: Columns, route: Route = "passage", every: int | None = None) -> Scene:
@@ -241,9 +238,7 @@ class ColumnsCase(OverRowCase[Columns]):
         },
     }
 
-    def job(self, parameters: Columns) -> Job:
-        """Return the job of one passage."""
-        return job_of(parameters)
+    run_job = staticmethod(job_of)
 
     def exact(self, parameters: Columns) -> Mapping[str, float]:
         """Return the values of rigid spheres; none for columns that rebound."""
@@ -253,21 +248,20 @@ class ColumnsCase(OverRowCase[Columns]):
     def measure_on(self, bench: Bench, route: Route) -> Measure:
         """Return a function that runs cases; on the bench of this package's solvers by those."""
         if bench.name != OWN:
-            return engine_measure(bench, route, job_of)
+            return super().measure_on(bench, route)
         at_equal_steps = partial(run_at_equal_steps, bench, route=route)
         return lambda cases: parallel_map(at_equal_steps, cases, cores())
 
     def checks(self, engine: Engine) -> Iterable[Check]:
         """Return the path over one particle, and margins at equal steps."""
-        return engine_checks()
+        return _engine_checks()
 
     def own_checks(self) -> Iterable[Check]:
         """Return critical angles in the reference, compared with those of the source."""
-        return solver_checks()
+        return _solver_checks()
 
 
-def engine_checks() -> Iterator[Check]:
-    """Yield the path over one particle, and margins over three at equal steps."""
+def _engine_checks() -> Iterator[Check]:
     single = Columns(n=1, stiffness=1e5, angle=10.6, wells=3)
     jobs = [job_of(single, "steady", PATH_EVERY),
             runs.job_of(single.incline, "steady", PATH_EVERY)]  # fmt: skip
@@ -278,14 +272,19 @@ def engine_checks() -> Iterator[Check]:
     )  # fmt: skip
     # soft and with the source's contact: an external force costs a millisecond a step
     soft = Columns(n=3, contact=SOURCE, steps_per_contact=50.0, stiffness=2e3, angle=10.6)
-    for law, inside in product(LAWS, SAME_STEPS):
-        case = soft.replace(law=law, inside=inside)
-        yield Check(
-            setup=f"{law} law, {inside}, n = 3, k = 2e3 N/m", quantity="margin_over_mgd", unit="1",
-            check="equal steps", measure=partial(_margin, case), jobs=[job_of(case)],
-            expected=partial(_margin_at_equal_steps, case),
-            tolerance=partial(with_digits, SAME_STEPS[inside], 1.0),
-        )  # fmt: skip
+    yield from (_same_margin(soft.replace(law=law, inside=inside))
+                for law, inside in product(LAWS, SAME_STEPS))  # fmt: skip
+
+
+def _same_margin(case: Columns) -> Check:
+    job = job_of(case)
+    return Check(
+        setup=f"{case.law} law, {case.inside}, n = {case.n}, k = 2e3 N/m", check="equal steps",
+        quantity="margin_over_mgd", unit="1", jobs=[job],
+        measure=lambda bench: runs.read(case, "passage", bench.output(job)).margin,
+        expected=lambda bench: run_at_equal_steps(bench, case).margin,
+        tolerance=partial(with_digits, SAME_STEPS[case.inside], 1.0),
+    )  # fmt: skip
 
 
 def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
@@ -298,16 +297,7 @@ def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
     return float(np.hypot(x, y).max())
 
 
-def _margin(case: Columns, bench: Bench) -> float:
-    return runs.read(case, "passage", bench.output(job_of(case))).margin
-
-
-def _margin_at_equal_steps(case: Columns, bench: Bench) -> float:
-    return run_at_equal_steps(bench, case).margin
-
-
-def solver_checks() -> Iterator[Check]:
-    """Yield findings: angles over damped columns at equal steps against the source's."""
+def _solver_checks() -> Iterator[Check]:
     for (law, height), angles in SOURCE_ANGLES.items():
         for reading, expected in angles.items():
             yield Check(

@@ -30,7 +30,6 @@ SETTLING_TIMES = 8.0  # of the contact's slowest rate, until it has settled afte
 START_SPEED = 0.48  # [sqrt(g d)] of steady motion
 PASSAGE, TO_CREST, WELL = 2.1, 8.0, 4.5  # [sqrt(d/g)] of a passage, one to the crest, each well
 MOST_SCENE_SPHERES = 9  # a longer periodic row is the same system
-TOUCHING = {"0": False, "1": True}
 
 
 # ---- rest and energies
@@ -356,7 +355,8 @@ def read(case: OverRow, route: Route, output: Output) -> Run:
 def _judged_by_script(case: OverRow, route: Route, output: Output) -> Run:
     crests, wells = output.rows("crest", 4), 1 if route == "passage" else case.wells
     try:
-        fate, touching = Fate(output.text("verdict")), TOUCHING[output.text("touching")]
+        fate = Fate(output.text("verdict"))
+        touching = {"0": False, "1": True}[output.text("touching")]
     except (ValueError, KeyError) as error:
         raise EngineOutputError(f"{output.engine} left an incomplete result ({error})") from None
     if len(crests) > wells or (len(crests) == wells) != (fate is Fate.MOVES_ON):

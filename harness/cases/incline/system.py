@@ -227,8 +227,7 @@ class Incline(OverRow):
     @property
     def ends_on_crest(self) -> bool:
         """Return whether friction may dissipate energy on an arc, at most at its end."""
-        steepest = self.half_angle + self.tilt
-        return 0.0 < self.friction < friction_to_roll(steepest, self.inertia)
+        return 0.0 < self.friction < friction_to_roll(self.half_angle + self.tilt, self.inertia)
 
     @property
     def stiffest_motion(self) -> tuple[float, float]:
@@ -268,10 +267,7 @@ def changed_contact(
     clip: bool | None = None,
     half_mass: bool = False,
 ) -> Contact:
-    """Return a contact of ``CONTACTS``, by the name ``custom`` where an argument changes it.
-
-    A restitution or a damping ratio takes the place of both.
-    """
+    """Return a contact of ``CONTACTS``, ``custom`` if changed; damping takes the place of both."""
     changes: dict[str, Any] = {}
     if restitution is not None or damping_ratio is not None:
         changes |= {"restitution": restitution, "damping_ratio": damping_ratio}
