@@ -31,47 +31,47 @@ class EnergyMap:
         return Run(case, fate, left, self.touching, 1.0, 10, np.empty(0), MAP)
 
 
-# ---- faults of a scene
+# ---- faults of a scene, off by a factor: functions of a scene
+
+
+def changed(thing, name, factor):
+    """Return a thing with a number off by a factor, or another word; unchanged without one."""
+    value = getattr(thing, name)
+    if value is None:
+        return thing
+    return thing.replace(**{name: factor if isinstance(factor, str | bool) else value * factor})
 
 
 def scaled(name, factor=1.0 + 1e-7):
-    """Return a fault: a number of the scene off by a factor."""
-    return lambda scene: scene.replace(**{name: getattr(scene, name) * factor})
+    """Return a fault of a number of the scene."""
+    return lambda scene: changed(scene, name, factor)
+
+
+def coefficient(name, factor=1.0 + 1e-7):
+    """Return a fault of a coefficient or a word of the law."""
+    return lambda scene: scene.replace(law=changed(scene.law, name, factor))
 
 
 def grain(name, factor=1.0 + 1e-7):
-    """Return a fault: a number of the grain off by a factor."""
+    """Return a fault of a number of the grain."""
 
     def change(scene):
         first, *row = scene.bodies
-        value = first.moment_of_inertia if name == "inertia" else getattr(first, name)
-        return scene.replace(bodies=(first.replace(**{name: value * factor}), *row))
+        stated = first.replace(inertia=first.moment_of_inertia)
+        return scene.replace(bodies=(changed(stated, name, factor), *row))
 
     return change
 
 
 def diameters(factor=1.0 + 1e-7):
-    """Return a fault: all radii off by a factor."""
+    """Return a fault of all radii."""
     return lambda scene: scene.replace(
-        bodies=tuple(body.replace(radius=body.radius * factor) for body in scene.bodies)
+        bodies=tuple(changed(body, "radius", factor) for body in scene.bodies)
     )
 
 
-def law(name, factor=1.0 + 1e-7):
-    """Return a fault: a coefficient of the law off by a factor, or another word."""
-
-    def change(scene):
-        value = getattr(scene.law, name)
-        if value is None:
-            return scene
-        changed = factor if isinstance(factor, (str, bool)) else value * factor
-        return scene.replace(law=scene.law.replace(**{name: changed}))
-
-    return change
-
-
 def turned(by=1e-7):
-    """Return a fault: the tilt off by a relative error."""
+    """Return a fault of the tilt, by a relative error."""
 
     def change(scene):
         along, down, _ = scene.gravity

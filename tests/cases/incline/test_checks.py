@@ -17,10 +17,11 @@ from harness.model.scene import Scene
 from harness.report.page import draw
 from harness.results.rows import Failure, Kind, Verdict
 from harness.store.committed import known_defects
-from tests.cases.incline.doubles import diameters, grain, law, scaled, turned
+from tests.cases.incline.doubles import coefficient, diameters, grain, scaled, turned
 from tests.engine_doubles import Crashing, Twin
 
 PATH = "*/largest difference of the path"
+ROUGH_PATH = "*friction*/largest difference of the path"
 SHOCK = "*/largest error of the energy after each shock"
 ANGLE = "plastic contact, k = 1e6 N/m, 100 steps/critical_angle_deg"
 CRESTS = "*/largest error of the energy at 5 crests"
@@ -105,16 +106,16 @@ def slack(scene: Scene) -> Scene:
 SCENE_FAULTS = {
     "angle": (turned(), PATH),
     "gravity": (lambda s: s.replace(gravity=tuple((1 + 1e-7) * g for g in s.gravity)), PATH),
-    "stiffness": (law("normal_stiffness"), PATH),
-    "damping": (law("damping_coefficient"), PATH),
+    "stiffness": (coefficient("normal_stiffness"), PATH),
+    "damping": (coefficient("damping_coefficient"), PATH),
     "diameter": (diameters(), PATH),
     "step": (scaled("step"), PATH),
     "mass": (grain("mass"), PATH),
     "tail": (slack, PATH),
-    "inertia": (grain("inertia", 1 + 1e-6), "*friction*" + PATH[1:]),
-    "friction": (law("friction", 1 + 1e-6), "*friction*" + PATH[1:]),
-    "tangential stiffness": (law("tangential_stiffness", 1 + 1e-6), "*friction*" + PATH[1:]),
-    "tangential damping": (law("tangential_damping", 1 + 1e-6), "*friction*" + PATH[1:]),
+    "inertia": (grain("inertia", 1 + 1e-6), ROUGH_PATH),
+    "friction": (coefficient("friction", 1 + 1e-6), ROUGH_PATH),
+    "tangential stiffness": (coefficient("tangential_stiffness", 1 + 1e-6), ROUGH_PATH),
+    "tangential damping": (coefficient("tangential_damping", 1 + 1e-6), ROUGH_PATH),
     "no friction": (lambda s: s.replace(law=PLASTIC_CASE.law), "*friction 0.5/critical_angle_deg"),
     "angle by 1e-4 deg": (turned(1e-5), ANGLE),
     "slope by 1e-3": (turned(1e-3), "*infinity/critical_angle_deg"),

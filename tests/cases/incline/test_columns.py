@@ -15,7 +15,7 @@ from harness.cases.incline.columns import (
     scene_of,
     sinking,
 )
-from harness.cases.incline.runs import Fate, crest_energy, loaded, start_load, start_of
+from harness.cases.incline.runs import Fate, loaded, start_load
 from harness.cases.tower.impulse import source_angles
 from harness.engines.lammps.engine import Lammps
 from harness.errors import RequestError
@@ -23,6 +23,7 @@ from harness.results.rows import Verdict
 from harness.solvers import chain_stepped, reference
 from harness.theory.chain import LAWS
 from harness.theory.incline import critical_angle as rigid_angle
+from tests.cases.incline.doubles import coefficient, scaled
 from tests.engine_doubles import FewDigits, Twin
 
 SOFT = Columns(n=5, stiffness=1e5)
@@ -53,17 +54,6 @@ def test_the_energy_of_a_load_is_its_work(law, n):
     way = np.diff([p.overlap for p in at]) + np.cos(beta) * np.diff([p.sunk for p in at])
     work = float(np.sum(0.5 * (parts[1:] + parts[:-1]) * way))
     assert whole.energy == pytest.approx(work, rel=1e-9)
-
-
-@pytest.mark.parametrize("route", ["passage", "steady"])
-@pytest.mark.parametrize("law", LAWS)
-def test_one_particle_starts_as_the_incline(route, law):
-    case = SOFT.replace(n=1, law=law, phase=0.3)
-    plain = case.incline
-    assert start_of(case, route) == pytest.approx(start_of(plain, route), rel=1e-12, abs=1e-15)
-    springs = 0.5 * case.weight**2 / case.stiffness
-    whole = crest_energy(plain, springs=True)
-    assert crest_energy(case, springs=False) == pytest.approx(whole - springs, rel=1e-14)
 
 
 @pytest.mark.parametrize("inside", ["damped", "elastic"])
@@ -115,22 +105,20 @@ def test_a_code_with_few_digits_passes():
     assert Verdict.FAIL not in {row.verdict for row in rows_of(FewDigits())}
 
 
-def inner(scene, **changes):
-    """Change the law within columns."""
-    return scene.replace(laws={(1, 1): scene.law.replace(**changes)})
+def inner(**changes):
+    """Return a fault of the law within columns."""
+    return lambda scene: scene.replace(laws={(1, 1): scene.law.replace(**changes)})
 
 
 FAULTS = {
-    "stiffness off by 1e-6": lambda s: s.replace(law=s.law.replace(normal_stiffness=2000.002)),
-    "dashpot off by 1e-6": lambda s: s.replace(
-        law=s.law.replace(damping_coefficient=s.law.damping_coefficient * (1 + 1e-6))
-    ),
-    "no dashpots within": lambda s: inner(s, damping="none"),
-    "softer within": lambda s: inner(s, normal_stiffness=2000.002),
+    "stiffness off by 1e-6": coefficient("normal_stiffness", 1 + 1e-6),
+    "dashpot off by 1e-6": coefficient("damping_coefficient", 1 + 1e-6),
+    "no dashpots within": inner(damping="none"),
+    "softer within": inner(normal_stiffness=2000.002),
     "gravity off by 1e-6": lambda s: s.replace(
         gravity=(s.gravity[0] * (1 + 1e-6), s.gravity[1], 0.0)
     ),
-    "step off by 1e-6": lambda s: s.replace(step=s.step * (1 + 1e-6)),
+    "step off by 1e-6": scaled("step", 1 + 1e-6),
     "columns that move sideways": lambda s: s.replace(
         bodies=tuple(body.replace(axes=(True, True, False)) for body in s.bodies)
     ),
