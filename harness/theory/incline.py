@@ -6,17 +6,15 @@ angles in degrees. Unless a half angle of the well is given the grain is as larg
 then a is a diameter.
 
 Well. The grain touches two spheres, phi = asin(r / (R + r)) on either side of the row's normal. On
-a row tilted by theta an arc begins at the angle theta - phi from the vertical, and ends at
-theta + phi.
+a row tilted by theta an arc goes from the angle theta - phi from the vertical to theta + phi.
 
 Shock in the well, without rebound. The direction of motion turns by 2 phi, c = cos(2 phi), and the
 sphere ahead exerts the only impulses: normal, m v sin(2 phi), and tangential, P. Both drive the
-grain off the sphere behind as long as it moves on at all. With v the speed of the centre and w that
-of the rim, v' = c v + P / m and w' = w - P / (beta m). Without friction P = 0. Without slip after
-the shock v' = w', which is angular momentum about the new contact: (1 + beta) v' = c v + beta w. A
-grain that rolled (w = v) keeps the share s = (c + beta) / (1 + beta) of its speed. That takes
-P = m v beta (1 - c) / (1 + beta), hence a friction of at least P / (m v sin(2 phi)) =
-beta / (1 + beta) tan(phi). The *shock* is s^2, the energy after over the energy before.
+grain off the sphere behind. With v the speed of the centre and w that of the rim, v' = c v + P / m
+and w' = w - P / (beta m). Without friction P = 0. Without slip after the shock v' = w', which is
+angular momentum about the new contact: (1 + beta) v' = c v + beta w. A grain that rolled (w = v)
+keeps the share s = (c + beta) / (1 + beta) of its speed; that takes a friction of at least
+P / (m v sin(2 phi)) = beta / (1 + beta) tan(phi). The *shock* is s^2, energy after over before.
 
 Critical angle. With share s at each shock and no loss on the arcs, a grain that leaves a crest from
 rest just reaches the next one if s^2 (1 - cos(phi + theta)) = 1 - cos(phi - theta). That is
@@ -25,8 +23,8 @@ slides first just before the next well. Between them arcs and shocks are integra
 
 A DEM contact has this shock where its dashpots are much stronger than its springs and the
 tangential dashpot is beta / (1 + beta) of the normal one, which keeps the ratio of both forces.
-With equal dashpots under Coulomb's limit it transmits only beta / (1 + beta) mu of the normal
-impulse, and sticks from mu = tan(phi) on.
+With equal dashpots it transmits beta / (1 + beta) mu of the normal impulse, and sticks from
+mu = tan(phi) on.
 
 Sources: Harper, Dufek and Breard (arXiv 2409.13633), section on the Quartier model, without
 friction; Quartier, Andreotti, Douady and Daerr, Phys. Rev. E 62, 8299 (2000), with friction; sizes
@@ -253,28 +251,22 @@ def rigid_angle(half_angle_deg: float, grain: Grain) -> RigidAngle:
 
     Raise LeavesRow for a grain that leaves the row at a smaller tilt.
     """
-    if grain.friction == 0.0:
-        if half_angle_deg > largest_half_angle(grain):
-            raise LeavesRow("the grain leaves the row below its critical angle")
-        model, inertia = FRICTIONLESS, 0.0
-    elif grain.friction >= rolling_friction(half_angle_deg, grain.inertia):
-        model, inertia = ROLLING, grain.inertia
-    else:
+    if 0.0 < grain.friction < rolling_friction(half_angle_deg, grain.inertia):
         angle, phi = integrated_critical_angle(half_angle_deg, grain), math.radians(half_angle_deg)
         before = over_arc(CREST, phi + math.radians(angle), grain)
         speeds = (before.speed, before.rim), after_shock(before, grain, phi)
         first, second = ((v * v + grain.inertia * w * w) / 2.0 for v, w in speeds)
         return RigidAngle(angle, INTEGRATED, second / first, second)
-    angle = critical_angle_without_loss(half_angle_deg, inertia)
+    if grain.friction == 0.0 and half_angle_deg > largest_half_angle(grain):
+        raise LeavesRow("the grain leaves the row below its critical angle")
+    model, inertia = (ROLLING, grain.inertia) if grain.friction else (FRICTIONLESS, 0.0)
     shock = kept_speed(half_angle_deg, inertia) ** 2
+    angle = critical_angle(shock, half_angle_deg)
     return RigidAngle(angle, model, shock, well_depth(angle, half_angle_deg))
 
 
 def integrated_critical_angle(half_angle_deg: float, grain: Grain) -> float:
-    """Return theta_c [deg], the root of the margin over one well; errors as of the function above.
-
-    A grain whose margin is negative at the tilt at which it flies off has none.
-    """
+    """Return theta_c [deg], the root of the margin over one well; errors as of rigid_angle."""
     phi = math.radians(half_angle_deg)
     steepest = min(phi, _takeoff(grain) - phi)
     if steepest <= 0.0 or _margin(steepest, grain, phi) < 0.0:
@@ -285,10 +277,8 @@ def integrated_critical_angle(half_angle_deg: float, grain: Grain) -> float:
 @cache
 def largest_half_angle(grain: Grain) -> float:
     """Return the half angle [deg] of the smallest grain that stays on the row at theta_c."""
-    takeoff = _takeoff(grain)
-    return math.degrees(
-        _root(lambda phi: _margin(takeoff - phi, grain, phi), takeoff / 2.0, takeoff)
-    )
+    end = _takeoff(grain)
+    return math.degrees(_root(lambda phi: _margin(end - phi, grain, phi), end / 2.0, end))
 
 
 def smallest_size_ratio(grain: Grain) -> float:
@@ -306,18 +296,16 @@ def integrated_no_flight_bound(half_angle_deg: float, grain: Grain) -> float | N
     low, high = math.radians(integrated_critical_angle(half_angle_deg, grain)), phi
     while high - low > 1e-8:
         middle = (low + high) / 2.0
-        stays = _stays(middle, grain, phi)
-        if stays is None:
+        if (stays := _stays(middle, grain, phi)) is None:
             return None
         low, high = (middle, high) if stays else (low, middle)
     return math.degrees(low)
 
 
 def _margin(angle: float, grain: Grain, half_angle: float) -> float:
-    """Return the energy on the crest of a grain that starts from rest on the last one.
+    """Return the energy on the crest after a start from rest on the last one, or minus what lacks.
 
-    Where it does not reach the crest, the energy that it lacks, negative. Angles in rad. Raise
-    LeavesRow for flight.
+    Angles in rad. Raise LeavesRow for flight.
     """
     end = over_arc(_after_well(CREST, angle, grain, half_angle), 0.0, grain)
     if end.angle < 0.0:
