@@ -85,6 +85,16 @@ def test_exchanging_one_by_one_finds_the_same_set(seed, n):
     assert np.maximum(force, 0.0) == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 8])
+def test_the_boundary_formula(n):
+    c = np.random.default_rng(n).uniform(0.01, 0.1, n - 1)
+    half = 0.5 - np.convolve(c, [1, 1]) / 2
+    x = np.concatenate(([0], np.cumsum(half[1:] + half[:-1])))
+    assert chain.first_boundary(x, 0.5) == pytest.approx(-half[0], abs=1e-14)
+    assert chain.boundaries(x, 0.5)[1:] - x == pytest.approx(half, abs=1e-13)
+    assert chain.partial_compressions(x, 0.5) == pytest.approx(c, abs=1e-13)
+
+
 @pytest.mark.parametrize("positions", [[0.0, 1.0, 0.5], [0.0, 0.3], [0.0, np.nan]])
 def test_bad_positions(positions):
     for solver in (chain.compressions_by_sweeps, lambda x, d: contact_forces(x, d, 1.0)):
