@@ -277,6 +277,81 @@ def test_a_sphere_on_an_incline_ends_where_the_springs_hold_it_or_rolls_at_a_con
     assert contact.on_an_incline((1.0,), 0.2, 0.01, *springs, (1.0, 2.1e-3)) is None
 
 
+def twisted(until, spin, inertia, k, c, limit):
+    """Integrate the spin: the contact sticks, slips at the limit of its torque, and sticks again.
+
+    While it slips the spring is cut back so that k q + c w is the limit, until it would grow more
+    slowly than that.
+    """
+    slowing = limit / inertia
+
+    def held(_, y):
+        return [y[1], -(k * y[0] + c * y[1]) / inertia]
+
+    def reaches(_, y):
+        return k * y[0] + c * y[1] - limit
+
+    def slows(_, y):
+        return y[1] - c * slowing / k
+
+    reaches.terminal = slows.terminal = True
+    slips = c * spin > limit
+    t, y = 0.0, [(limit - c * spin) / k if slips else 0.0, spin]
+    phases = (held, reaches), (lambda *_: [c * slowing / k, -slowing], slows), (held, None)
+    for rates, event in phases[slips:]:
+        if t < until and not (event is slows and y[1] <= c * slowing / k):
+            run = solve_ivp(rates, (t, until), y, events=event, **EXACT)
+            t, y = run.t[-1], run.y[:, -1]
+    return y[1]
+
+
+@pytest.mark.parametrize("dashpot", [0.0, 0.1, 0.6])  # over critical damping
+@pytest.mark.parametrize("start", [0.5, 3.0, 30.0])  # over the amplitude at the limit
+def test_a_twist_slips_stops_and_swings_back(start, dashpot):
+    k, limit, inertia = 1.0, 1e-5, 0.4 * MASS
+    c, largest = 2.0 * dashpot * math.sqrt(k * inertia), limit / math.sqrt(k * inertia)
+    for time in np.array([1.0, 3.0, 10.0, 40.0]) * math.sqrt(inertia / k):
+        found = contact.twisting_spin(time, start * largest, inertia, (k, c), limit)
+        expected = twisted(time, start * largest, inertia, k, c, limit)
+        assert found == pytest.approx(expected, abs=1e-9 * largest)
+
+
+@pytest.mark.parametrize("angle", [0.0175, 0.07])
+def test_rolling_resistance_holds_a_sphere_on_an_incline_or_slows_it_down(angle):
+    """Its torque is a spring and a dashpot of the rim until it reaches the limit."""
+    (k, c), (stiffness, dashpot), end = (STIFFNESS, 2.0), (1e5, 10.0), 2e-2
+    load, pull = MASS * G * math.cos(angle), G * math.sin(angle)
+
+    def torque(y):
+        return stiffness * y[2] + dashpot * y[3]
+
+    def rates(y, resistance):  # of the path, the speed, and the path and the speed of the rim
+        friction = k * (y[0] - y[2]) + c * (y[1] - y[3])
+        turning = (friction - resistance) / (0.4 * MASS)
+        return [y[1], pull - friction / MASS, y[3], turning]
+
+    def reaches(_, y):
+        return torque(y) - 0.05 * load
+
+    reaches.terminal = True
+    held = solve_ivp(lambda _, y: rates(y, torque(y)), (0.0, end), np.zeros(4), events=reaches,
+                     dense_output=True, **EXACT)  # fmt: skip
+    rolls = solve_ivp(lambda _, y: rates(y, 0.05 * load), (held.t[-1], 2.0 * end), held.y[:, -1],
+                      dense_output=True, **EXACT)  # fmt: skip
+    limits, times = (0.3 * load, 0.05 * load), (0.5 * end, end)
+    states = contact.on_an_incline(times, pull, MASS, (k, c), (stiffness, dashpot), limits)
+    for time, state in zip(times, states, strict=True):
+        found = (held if time <= held.t[-1] else rolls).sol(time)
+        assert state == pytest.approx(found, rel=1e-8, abs=1e-16)
+
+
+def test_a_sphere_that_turns_on_its_spot_is_slowed_down_by_the_limit_of_the_torque():
+    inertia, limit = 0.4 * MASS * RADIUS**2, 1e-3 * MASS * G
+    spins = [contact.twisting_spin(t, 50.0, inertia, (100.0, 0.0), limit) for t in (0.005, 0.01)]
+    expected = 0.005 * contact.twisting_deceleration(1e-3, RADIUS, G)
+    assert spins[0] - spins[1] == pytest.approx(expected, rel=1e-9)
+
+
 def test_a_circle_between_two_half_spaces_conducts_2_k_a():
     """Heat through a circle of one temperature: of the potential integral J0(sr) sin(sa)/s e^-sz.
 
