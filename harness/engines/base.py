@@ -348,14 +348,8 @@ class Engine(ABC):
 # ---- engines of other packages, whose methods may return or raise anything
 
 HARNESS = "harness"
-GUARDED: Mapping[str, type] = {  # methods, and what they return
-    "identify": Provenance,
-    "fingerprint": object,
-    "refuses": str,
-    "rules": object,
-    "motions": list,
-    "run": list,
-}
+GUARDED: Mapping[str, type] = {"identify": Provenance, "fingerprint": object, "refuses": str,
+                               "rules": object, "motions": list, "run": list}  # fmt: skip
 
 
 class ContractError(EngineOutputError):
@@ -387,15 +381,15 @@ def contract(kind: type[Engine], name: str) -> Iterator[None]:
 
 def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
     """Return a method under the contract; ``run`` returns a ContractError for each of its jobs."""
+    wanted = GUARDED[name]
 
     @functools.wraps(call)
     def guarded(self: Engine, *arguments: Any) -> Any:
         try:
             with contract(type(self), name):
                 value = call(self, *arguments)
-                if not isinstance(value, GUARDED[name]):
-                    kinds = (type(value).__name__, GUARDED[name].__name__)
-                    raise TypeError(" in place of ".join(kinds))
+                if not isinstance(value, wanted):
+                    raise TypeError(f"{type(value).__name__} in place of {wanted.__name__}")
                 if isinstance(value, list):
                     _check_outcomes(value, len(arguments[0]))
                 return value

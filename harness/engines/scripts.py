@@ -34,7 +34,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from harness import __version__
-from harness.engines.base import SCENE_NAME, Engine, Job, Template, Value, Values
+from harness.engines.base import Engine, Job, Template, Value, Values
 from harness.engines.output import (
     SERIES,
     Output,
@@ -274,7 +274,7 @@ class ScriptedEngine(ProgramEngine):
     @classmethod
     def has_template(cls, template: Template) -> bool:
         """Return whether there is a script of this name."""
-        return template.name != SCENE_NAME and _has_file(cls, template.package, template.name)
+        return _has_file(cls, template.package, template.name)
 
     @classmethod
     def script(cls, template: Template, variant: str = "") -> Script:
