@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -33,7 +34,7 @@ from harness.errors import (
 
 if TYPE_CHECKING:
     from harness.model.base import Allowed
-    from harness.model.scene import Motion, Scene
+    from harness.model.scene import Motion, Scene, Segment
 
 SCRIPT, DONE = "in.lmp", "done"  # files of a run
 _VARIABLE = re.compile(r"\bvariable (\w+)\s")
@@ -124,6 +125,19 @@ def check_log(log: str, program: str = "LAMMPS") -> None:
 
 
 # ---- scripts
+
+
+def runs_of(scene: Scene, *more: int) -> Iterator[tuple[int, Segment | None, int]]:
+    """Yield the first step of runs, velocities prescribed from it on, or None, and their steps.
+
+    A run begins with each segment and setup, and at ``more`` steps.
+    """
+    lengths = accumulate((segment.steps for segment in scene.segments), initial=0)
+    segments = dict(zip(lengths, scene.segments, strict=False))
+    begins = {0, *segments, *scene.setups, *more}
+    steps = sorted(step for step in begins if 0 <= step < scene.steps)
+    for begin, end in pairwise([*steps, scene.steps]):
+        yield begin, segments.get(begin), end - begin
 
 
 class LammpsLanguage(ScriptedEngine):

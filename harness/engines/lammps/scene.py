@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -21,11 +20,12 @@ from harness.engines.lammps.words import (
     names_of,
     numbers_of,
 )
+from harness.engines.lammps_language import runs_of
 from harness.engines.output import release_of
 from harness.engines.scripts import rendered
 from harness.model.base import Vector
 from harness.model.conventions import Rules
-from harness.model.scene import ALL_AXES, Body, Floats, Scene, Segment
+from harness.model.scene import ALL_AXES, Body, Floats, Scene
 
 TEMPLATES = Path(__file__).with_name("templates")
 SAMPLES, RESTART = "motion.dump", "motion.restart"
@@ -118,7 +118,7 @@ def script(scene: Scene, variation: Variation = PLAIN) -> str:
         "skin": variation.skin * min(body.radius for body in bodies),
         "excludes_still": sum(not touching for touching in atoms.touching) > 1,
         "excluded": [atoms.type_pair(pair) for pair in atoms.excluded],
-        "runs": [*_runs(scene, variation)],
+        "runs": [*runs_of(scene, variation.pause)],
         "samples": SAMPLES,
         "restart": RESTART,
         "columns": f"{COLUMNS} c_warmth" if heats else COLUMNS,
@@ -150,17 +150,6 @@ def _guided(atoms: Atoms) -> dict[str, tuple[str, list[str], str]]:
         forces = " ".join("NULL" if moves else "0.0" for moves in axes)
         guided[name] = name if lines else "all", lines, forces
     return guided
-
-
-def _runs(scene: Scene, variation: Variation) -> Iterator[tuple[int, Segment | None, int]]:
-    """Yield the first step of runs, velocities prescribed from it on, or None, and their steps."""
-    starts, number = {}, 0
-    for segment in scene.segments:
-        starts[number] = segment
-        number += segment.steps
-    begins = sorted({0, *starts, *scene.setups, variation.pause} - {scene.steps})
-    for begin, end in pairwise([*begins, scene.steps]):
-        yield begin, starts.get(begin), end - begin
 
 
 def _largest(scene: Scene) -> float:

@@ -12,14 +12,13 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from harness.engines.base import Job, Traits
-from harness.engines.lammps_language import LammpsLanguage
+from harness.engines.lammps_language import LammpsLanguage, runs_of
 from harness.engines.output import Provenance, read_dump
 from harness.engines.process import first_words, text_of
 from harness.engines.registry import program_files
@@ -39,7 +38,7 @@ from harness.engines.scripts import Task, rendered
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law
-from harness.model.scene import LOOK, Body, Motion, Scene, Segment, effective_radius
+from harness.model.scene import LOOK, Body, Motion, Scene, effective_radius
 
 MODEL = "hooke/stiffness"  # the one normal model whose spring and dashpot can be given
 TEMPLATES = Path(__file__).with_name("templates")
@@ -190,7 +189,7 @@ def script(scene: Scene) -> str:
         "skin": 0.5 * min(body.radius for body in scene.bodies),
         "groups": groups,
         "weight": math.hypot(*scene.gravity),
-        "runs": _runs(scene),
+        "runs": [*runs_of(scene)],
         "samples": SAMPLES,
         "stages": STAGES,
         "look": LOOK,
@@ -210,14 +209,6 @@ def _box(scene: Scene) -> tuple[str, str]:
     across = [body.position[1] for body in scene.bodies]
     ends = (first, first + length, min(across) - 2.0 * largest, max(across) + 4.0 * largest)
     return "p s f", _text(*ends, -2.0 * largest, 2.0 * largest)
-
-
-def _runs(scene: Scene) -> list[tuple[Segment | None, int]]:
-    """Return the velocities that are prescribed from a step on, or None, and the steps of runs."""
-    if scene.segments:
-        return [(segment, segment.steps) for segment in scene.segments]
-    ends = [*sorted({at for at in scene.setups if 0 < at < scene.steps}), scene.steps]
-    return [(None, end - start) for start, end in pairwise([0, *ends])]
 
 
 def _text(*values: float) -> str:

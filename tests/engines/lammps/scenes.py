@@ -33,6 +33,8 @@ LAWS = {
     "mass_velocity, clipped": HOOKE.replace(**MASSIVE, clipped=True),
     "viscoelastic of hooke": HOOKE.replace(**VISCOUS),
     "coeff_restitution of hooke": HOOKE.replace(damping="coeff_restitution", **OF_HALF),
+    "linear_history of hertz": HERTZ.replace(
+        tangential="linear_history", tangential_stiffness=3e4, friction=0.3),
     "coeff_restitution of hertz": HERTZ.replace(damping="coeff_restitution", **OF_HALF),
     "damping_ratio": Law.linear(1e5, 0.2, clipped=False),
     "tsuji": HERTZ.replace(damping="tsuji", **OF_HALF),
