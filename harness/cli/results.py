@@ -286,14 +286,18 @@ def reproduce(*, output: Folder = None, check: bool = False, json: Json = False)
     """
     from harness.reproduction.run import headline, statuses, write_reproduction
     from harness.reproduction.run import reproduce as recompute
+    from harness.store.runs import read_run
 
     with ExitStack() as stack:
-        if not check:
+        if check:
+            folder = output or Path("reports/reproduction")
+            read_run(folder)  # its error comes before the work
+        else:
             folder = stack.enter_context(output_folder(output, "-reproduction"))
         with workflows.progress_bars("reproduce", quiet=json) as progress:
             run = recompute(progress=progress)
         if check:
-            changes = workflows.diff(output or Path("reports/reproduction"), run)
+            changes = workflows.diff(folder, run)
             _show(changes, json)
             return int(not changes.to_frame().empty)
         write_reproduction(run, folder)

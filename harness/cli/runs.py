@@ -314,12 +314,12 @@ def sweep(
         )
     unqualified = {name: reason for name, reason in opening.failures.items() if reason}
     reasons = Counter(row["reason"] for row in result.rows if row["reason"])
-    notes = [f"{number} of {len(result.rows)} runs: {why}" for why, number in reasons.items()]
-    notes += [f"engine {name!r} is left out: {why}" for name, why in result.missing.items()]
-    notes += [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
+    lines = [f"{number} of {len(result.rows)} runs: {why}" for why, number in reasons.items()]
+    lines += [f"engine {name!r} is left out: {why}" for name, why in result.missing.items()]
+    notes = [f"engine {name!r} did not qualify: {why}" for name, why in unqualified.items()]
     if not (folder / "figure.svg").is_file():
         notes.append(f"no figure: no run that is done measured {next(iter(result.columns))}")
-    for note in () if json else (*notes, f"--output {folder}: is written"):
+    for note in () if json else (*lines, *notes, f"--output {folder}: is written"):
         output.tell(note)
     columns = ("engine", *result.request.swept, *result.columns.values(), "status")
     more = {"output": str(folder), "notes": notes}

@@ -58,6 +58,7 @@ BAD = {
     ],
     "defect": [("nix", "defect 'nix'", "`dem-harness defect` lists all")],
     "upstream": [("nowhere", "nowhere", "demNN-*.yaml")],
+    "reproduce": [("--check --output nowhere", "nowhere", "is not a run")],
     "site": [("nowhere", "nowhere", "is not a run"), ("--output /dev/null", "/dev/null", "file")],
     "cache": [
         ("--older-than -1", "--older-than -1", "0 days or more"),
