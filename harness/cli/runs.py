@@ -152,7 +152,7 @@ def _lines_to_print(record: output.Record, is_verbose: bool) -> dict[str, Any]:
     }
     for kind in dict.fromkeys(row["kind"] for row in rows):
         counts = Counter(row["verdict"] for row in rows if row["kind"] == kind)
-        lines[kind] = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
+        lines[f"{kind} rows"] = ", ".join(f"{n} {verdict}" for verdict, n in counts.items())
     place = f"{record['folder']}/report.html"
     return {**lines, "outcome": record["headline"], f"report{again}": place}
 
