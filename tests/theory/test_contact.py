@@ -352,6 +352,19 @@ def test_a_sphere_that_turns_on_its_spot_is_slowed_down_by_the_limit_of_the_torq
     assert spins[0] - spins[1] == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize("decay", [0.0, 0.3, 5.0])
+def test_a_contact_on_an_oscillating_wall_is_a_driven_oscillator(decay):
+    frequency, acceleration, drive, end = 2.0, 0.7, 0.9, 13.0
+
+    def rates(t, y):
+        pull = -2.0 * decay * y[1] - frequency**2 * y[0]
+        return [y[1], pull - acceleration * math.cos(drive * t)]
+
+    path = solve_ivp(rates, (0.0, end), [0.0, 0.0], **EXACT)
+    found = contact.driven(np.array([0.0, end]), frequency, decay, acceleration, drive)
+    assert np.array(found) == pytest.approx(path.y[:, [0, -1]], abs=1e-9)
+
+
 def test_a_circle_between_two_half_spaces_conducts_2_k_a():
     """Heat through a circle of one temperature: of the potential integral J0(sr) sin(sa)/s e^-sz.
 
