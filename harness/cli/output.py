@@ -43,7 +43,7 @@ def show(record: Record, as_json: bool, text: Record | None = None, most: int = 
         print(json.dumps(_plain(record), indent=2))
         return int(record.get("status", 0))
     for name, value in (record if text is None else text).items():
-        title = name.replace("_", " ")
+        title = name
         if rows := _table_rows(value):
             print(f"\n{title}")
             _print_table(rows[:most])

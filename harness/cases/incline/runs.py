@@ -30,6 +30,7 @@ SETTLING_TIMES = 8.0  # of the contact's slowest rate, until it has settled afte
 START_SPEED = 0.48  # [sqrt(g d)] of steady motion
 PASSAGE, TO_CREST, WELL = 2.1, 8.0, 4.5  # [sqrt(d/g)] of a passage, one to the crest, each well
 MOST_SCENE_SPHERES = 9  # a longer periodic row is the same system
+SEVEN_DIGITS = 1e-6  # of the place after a well [d], and of the energy there [m g d]
 
 
 # ---- rest and energies
@@ -375,7 +376,8 @@ def _judged_by_stages(case: OverRow, route: Route, output: Output) -> Run:
 
     With friction margins have 1 + beta times the energy of the velocity, as of a grain that rolls.
     One that slides over the crest has no other root, and its margin keeps its slope there. A grain
-    is trapped by its energy of translation.
+    is trapped by its energy of translation. The engine ends a stage by all digits, and may write
+    fewer.
     """
     table, wells = output.table(COLUMNS, name=STAGES), 1 if route == "passage" else case.wells
     time, x, y, vx, vy = (table[name][1:] for name in COLUMNS)
@@ -384,15 +386,18 @@ def _judged_by_stages(case: OverRow, route: Route, output: Output) -> Run:
     well = np.arange(1, x.size + 1)
     sliding = margin(case, well, (x, y, vx, vy))
     rolling = 0.5 * case.rolling_inertia * case.mass * (vx**2 + vy**2) / case.weight_energy
-    margins, beyond = sliding + rolling, x > end_of(case, route, well)
-    below = sliding[-1] < allowed_margin(case) / case.weight_energy
+    limit = case.time_limit * case.unit_of_time
+    cut_off = time[-1] >= limit * (1.0 - 1e-9) - LOOK * case.step
+    rounding = SEVEN_DIGITS * well
+    rounding[-1] *= not cut_off
+    margins, beyond = sliding + rolling, x > end_of(case, route, well) - rounding * case.diameter
+    below = sliding[-1] < allowed_margin(case) / case.weight_energy + rounding[-1]
     fate = Fate.UNDECIDED
     if beyond[-1] and x.size == wells:
         fate = Fate.TRAPPED if route == "passage" and margins[-1] < 0.0 else Fate.MOVES_ON
     elif not beyond[-1] and vx[-1] < 0.0 and below:
         fate = Fate.TRAPPED
-    limit = case.time_limit * case.unit_of_time
-    if fate is Fate.UNDECIDED and time[-1] < limit * (1.0 - 1e-9) - LOOK * case.step:
+    if fate is Fate.UNDECIDED and not cut_off:
         raise EngineOutputError(
             f"{output.engine} left a run that ends at {time[-1]:g} s, undecided, before the time "
             f"limit of {limit:g} s"
