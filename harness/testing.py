@@ -137,7 +137,7 @@ CHECKS = (identifies_itself, refuses_what_it_does_not_state, returns_an_outcome_
 def engine_checks(engine: str | OpenEngine) -> list[Callable[[], None]]:
     """Return the checks of an engine: its name, its class, or a function that opens one."""
     open_engine = engine_class(engine) if isinstance(engine, str) else engine
-    return [wraps(check)(partial(_made, check, open_engine)) for check in CHECKS]
+    return [wraps(check)(partial(_make_check, check, open_engine)) for check in CHECKS]
 
 
 def check_engine(engine: str | OpenEngine) -> dict[str, str]:
@@ -155,7 +155,7 @@ def check_engine(engine: str | OpenEngine) -> dict[str, str]:
     return skipped
 
 
-def _made(check: Check, open_engine: OpenEngine) -> None:
+def _make_check(check: Check, open_engine: OpenEngine) -> None:
     """Make a check of a new engine; whatever it raises is an EngineCheckError of a line."""
     with open_engine() as engine:
         try:

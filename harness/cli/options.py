@@ -167,9 +167,9 @@ class ProgramOptions:
         """Return what opens an engine. Raise RequestError for an option that it does not take."""
         from harness.engines.registry import chosen_options, engine_settings
 
-        own, settings = self._own_options(name), engine_settings(self.engine_option or ())
-        options = {**settings.get(name, {}), **own, "program": self.programs().get(name)}
-        return chosen_options(name, options, {key: OWN_WORDS[name][key] for key in own})
+        typed, settings = self._own_options(name), engine_settings(self.engine_option or ())
+        options = {**settings.get(name, {}), **typed, "program": self.programs().get(name)}
+        return chosen_options(name, options, {key: OWN_WORDS[name][key] for key in typed})
 
     def _own_options(self, engine: str) -> dict[str, str]:
         words = OWN_WORDS.get(engine, {})

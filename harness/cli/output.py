@@ -77,7 +77,7 @@ def name_of(row: Record) -> str:
 
 def picked(records: Any, columns: Any) -> list[dict[str, Any]]:
     """Return these columns of the records that have them."""
-    return [{name: one[name] for name in columns if name in one} for one in records]
+    return [{name: row[name] for name in columns if name in row} for row in records]
 
 
 def _table_rows(value: Any) -> list[Record]:

@@ -148,7 +148,7 @@ def _lines_to_print(record: output.Record, is_verbose: bool) -> dict[str, Any]:
     moved = [change for change in record["regressions"] if change["verdict_after"] != "fail"]
     lines: dict[str, Any] = {
         **texts,
-        "against the accepted run": [f"{one['change']}: {output.name_of(one)}" for one in moved],
+        "against the accepted run": [f"{row['change']}: {output.name_of(row)}" for row in moved],
     }
     for kind in dict.fromkeys(row["kind"] for row in rows):
         counts = Counter(row["verdict"] for row in rows if row["kind"] == kind)

@@ -165,23 +165,25 @@ class Processes:
                 self._groups.discard(guard.pid)
 
 
-def _hangs(process: subprocess.Popen[bytes], seconds: float, folder: Path, said: BinaryIO) -> bool:
+def _hangs(
+    process: subprocess.Popen[bytes], seconds: float, folder: Path, output: BinaryIO
+) -> bool:
     """Wait for the end of a process; return whether it went ``seconds`` without progress."""
-    state, since, look = _progress(folder, said), time.monotonic(), FIRST_LOOK
+    state, since, look = _progress(folder, output), time.monotonic(), FIRST_LOOK
     while (remaining := since + seconds - time.monotonic()) > 0.0:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(min(remaining, look))
             return False
         look = min(2.0 * look, LOOK_SECONDS)
-        if (new := _progress(folder, said)) != state:
+        if (new := _progress(folder, output)) != state:
             state, since = new, time.monotonic()
     return process.poll() is None
 
 
-def _progress(folder: Path, said: BinaryIO) -> int:
+def _progress(folder: Path, output: BinaryIO) -> int:
     """Return a number that changes as a process of a folder gets on: files and output."""
     # a program may remove its folder, but not the open file of its output
-    return os.fstat(said.fileno()).st_size + sum(len(files) for *_, files in os.walk(folder))
+    return os.fstat(output.fileno()).st_size + sum(len(files) for *_, files in os.walk(folder))
 
 
 def _kill(group: int) -> None:

@@ -291,11 +291,11 @@ class BulkCase(Case[B]):
                 )
             return value
 
-        held = "energy of the bed's springs at rest, tangential ones at most "
-        held += f"{p.tangential_share:.2g} times the normal ones"
+        stored = "energy of the bed's springs at rest, tangential ones at most "
+        stored += f"{p.tangential_share:.2g} times the normal ones"
         yield self.check(
             setup, self.gain, lambda s: float(s.values(self.gain)[worst(s)]),
-            tolerance=lambda s: Tolerance(float(springs(s)[worst(s)]), reason=held),
+            tolerance=lambda s: Tolerance(float(springs(s)[worst(s)]), reason=stored),
         )  # fmt: skip
         moving = f"a bed that moves adds 1 % to {self.rest_scale} at most"
         yield self.check(setup, self.rest, motion, tolerance=Tolerance(AT_REST, reason=moving))

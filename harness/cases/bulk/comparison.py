@@ -272,9 +272,9 @@ def comparisons(case: BulkCase[Any], engines: Sequence[Engine]) -> Iterator[tupl
         p = setup.runs[0]
         law = bulk_law(p.poisson_ratio, getattr(p, "rolling_friction", 0.0))
         able = [(e, stated_law(e, law)) for e in engines if not e.refuses(case.job(p))]
-        for one, other in combinations(able, 2):
-            level = setup.level_in(one[0], other[0])
-            for pair in _pairs(*one, *other):
+        for first, other in combinations(able, 2):
+            level = setup.level_in(first[0], other[0])
+            for pair in _pairs(*first, *other):
                 if pair.law is None or not pair.runner.refuses(case.job(p, pair.law)):
                     for check in _ratio_checks(case, setup, pair):
                         yield pair.runner, replace(check, level=level)

@@ -128,11 +128,11 @@ def slope_angles(p: Heap, height: Floats) -> tuple[float, float]:
     half, width = len(height) // 2, p.span / len(height)
     first = _columns_over_sill(p, len(height))
     x = width * np.arange(first, half - 1)
-    left, right = (
+    angles = [
         math.degrees(math.atan(2.0 * np.polyfit(x, side[first : half - 1], 1)[0]))
         for side in (height, height[::-1])
-    )
-    return left, right
+    ]
+    return angles[0], angles[1]
 
 
 def _check_decided(p: Heap, filling: float, table: Table) -> None:
@@ -202,13 +202,13 @@ class HeapCase(BulkCase[Heap]):
         bulk.check_grains(p, output, table, "beyond a side or fell through the glued layer")
         mean_height = output.number("mean_height_m")
         _check_decided(p, mean_height, table)
-        left, right = slope_angles(p, table["height_m"][-1])
+        slopes = slope_angles(p, table["height_m"][-1])
         angle, remaining = self.columns(p, table)["angle_deg"], table["remaining"][-1]
         fall = 2.0 * p.radius * p.grain.mass * p.gravity
         return {
-            "angle_deg": 0.5 * (left + right),
-            "left_angle_deg": left,
-            "right_angle_deg": right,
+            "angle_deg": 0.5 * sum(slopes),
+            "left_angle_deg": slopes[0],
+            "right_angle_deg": slopes[1],
             "angle_change_deg": angle[-1] - angle[3 * len(angle) // 4],
             "remaining_ratio": remaining / p.grains,
             "heap_energy_rise_ratio": bulk.energy_rise(output, table) / (p.weight * mean_height),

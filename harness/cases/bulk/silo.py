@@ -233,7 +233,7 @@ class SiloCase(BulkCase[Silo]):
         scale = beverloo_scale(2.0 * p.orifice_radius, 2.0 * p.radius, p.density * solid, p.gravity)
         above = p.weight * mean_height
         steady = slice(*np.searchsorted(-table["remaining"], [-(1 - s) * p.grains for s in STEADY]))
-        found = {
+        quantities = {
             **flow,
             "beverloo_factor": flow["discharge_rate_kg_per_s"] / scale if scale else math.nan,
             "energy_rise_ratio": bulk.energy_rise(output, table) / above,
@@ -244,8 +244,8 @@ class SiloCase(BulkCase[Silo]):
             **_loads(p, output, surface, volume),
         }
         if output.has("elastic_J"):
-            found["elastic_ratio"] = output.number("elastic_J") / above
-        return found
+            quantities["elastic_ratio"] = output.number("elastic_J") / above
+        return quantities
 
     def columns(self, p: Silo, table: Table) -> dict[str, Floats]:
         """Return time [s] and the number that remains."""

@@ -153,8 +153,8 @@ def job_of(case: Columns, route: Route = "passage", every: int | None = None) ->
 
 def values_of(case: Columns, route: Route, every: int | None = None) -> dict[str, ScriptValue]:
     """Return the values of the script: those of any row, and the columns'."""
-    own = {"n": case.n, "law": case.law, "inside": case.inside}
-    return {**runs.row_values(case, route, every), **own}
+    of_columns = {"n": case.n, "law": case.law, "inside": case.inside}
+    return {**runs.row_values(case, route, every), **of_columns}
 
 
 _DEFAULTS = values_of(Columns(), "passage")
