@@ -123,8 +123,8 @@ class Simulation:
         if again and self.faults.tsuji_again_in_setup:
             laws = self.system.laws
             laws["restitution"] = tsuji(laws["restitution"])
-            again = _tsuji_dashpot(laws["restitution"], self.faults)
-            laws["dashpot"] = np.where(laws["tsuji"], again, laws["dashpot"])
+            dashpot = _tsuji_dashpot(laws["restitution"], self.faults)
+            laws["dashpot"] = np.where(laws["tsuji"], dashpot, laws["dashpot"])
         self._take(0)
         if not self.step_number:
             self.system.state[0, TORQUE] += self.faults.setup_torque
