@@ -99,21 +99,16 @@ def test_rows_are_chosen_by_name_and_mark_and_are_cases_of_junit(ran, pytester):
     ran("--dem-harness", "-m", "not dem_harness").assert_outcomes(passed=1, deselected=6)
 
 
-def test_an_engine_that_failed_is_an_error_beside_the_rows(ran, monkeypatch):
+def test_an_engine_that_failed_and_a_verification_that_died_are_errors(ran, monkeypatch):
     record = {"status": 3, "headline": "an engine died", "strict": False, "rows": []}
-    monkeypatch.setattr("harness.pytest_plugin.verification", lambda _: record)
-    result = ran("--dem-harness")
-    result.assert_outcomes(passed=1, errors=1)
-    result.stdout.fnmatch_lines(["*an engine died*"])
-
-
-def test_a_verification_that_dies_is_an_error_beside_the_suite(ran, monkeypatch):
-    monkeypatch.setattr("harness.pytest_plugin.verification", VERIFICATION)
     died = subprocess.CompletedProcess([], -signal.SIGKILL, "")
     monkeypatch.setattr(pytest_plugin.subprocess, "run", lambda *_, **__: died)
-    result = ran("--dem-harness")
-    result.assert_outcomes(passed=1, errors=1)
-    result.stdout.fnmatch_lines(["*dem-harness verify ended with -9*"])
+    ways = {"an engine died": lambda _: record, "verify ended with -9": VERIFICATION}
+    for words, verification in ways.items():
+        monkeypatch.setattr("harness.pytest_plugin.verification", verification)
+        result = ran("--dem-harness")
+        result.assert_outcomes(passed=1, errors=1)
+        result.stdout.fnmatch_lines([f"*{words}*"])
 
 
 def test_an_engine_on_the_path_of_the_suite_is_found(tmp_path, monkeypatch):

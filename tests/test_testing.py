@@ -12,7 +12,7 @@ from harness.engines.output import Output, Provenance
 from harness.errors import Unsupported
 from harness.model.conventions import Rules
 from harness.testing import CHECKS, EngineCheckError, check_engine, engine_checks
-from tests.engine_doubles import Clipping, Crashing, Twin
+from tests.engine_doubles import Clipping, Crashing, Twin, lost
 
 
 def fault(label, base=Twin, **members):
@@ -30,11 +30,6 @@ def changed(label, **changes):
     return fault(label, __init__=lambda self: Twin.__init__(self, **changes))
 
 
-def every_other(_, motion):
-    parts = ("time", "position", "velocity", "angular_velocity", "force", "torque")
-    return replace(motion, **{name: getattr(motion, name)[::2] for name in parts})
-
-
 def without_places(_, motion):
     return replace(motion, position=np.full_like(motion.position, np.nan))
 
@@ -43,15 +38,10 @@ def lighter(scene):
     return scene.replace(gravity=tuple(0.999999 * g for g in scene.gravity))
 
 
-def all_or_none(base):
-    """Return a method ``run`` that returns the first error for all jobs."""
-
-    def run(self, jobs):
-        outcomes = base.run(self, jobs)
-        errors = [outcome for outcome in outcomes if not isinstance(outcome, Output)]
-        return [errors[0]] * len(jobs) if errors else outcomes
-
-    return run
+def all_or_none(outcomes):
+    """Return the first error in place of all outcomes."""
+    errors = [outcome for outcome in outcomes if not isinstance(outcome, Output)]
+    return [errors[0]] * len(outcomes) if errors else outcomes
 
 
 def swallowing(self, jobs):
@@ -67,13 +57,6 @@ def middle_off(outputs):
     return [*outputs[:middle], off, *outputs[middle + 1 :]] if len(outputs) > 2 else outputs
 
 
-def grown(outputs):
-    """Return outputs whose places grow with their number."""
-    return [replace(one, tables={"series": {**one.tables["series"],
-            "y_m": len(outputs) * one.tables["series"]["y_m"]}}) for one in outputs]  # fmt: skip
-
-
-LIVE = pytest.mark.live
 numbers = count()
 others = Provenance("twin", "9.9")
 IDENTIFIES, REFUSES, RETURNS, REPORTS, MATCHES = [check.__name__ for check in CHECKS]
@@ -91,15 +74,12 @@ FAULTS = [
     (fault("Brave", Clipping, run=lambda s, jobs: s.run_scenes(jobs)), REFUSES, "RequestError"),
     (altered("Short", lambda outs: outs[:-1]), RETURNS, "7 outcomes of 8 jobs"),
     (altered("Reversed", lambda outs: outs[::-1]), RETURNS, "left .* samples|in the drop"),
-    (altered("Growing", grown), RETURNS, "position = "),
     (altered("Lopsided", middle_off), RETURNS, "position = "),
     (altered("Raising", lambda outs: 1 / (len(outs) - len(outs))), RETURNS, "ZeroDivisionError"),
     (fault("Gullible", run=swallowing), REPORTS, "3 outcomes, of them 1 errors of a line"),
-    (fault("Contagious", run=all_or_none(Twin)), REPORTS, "of them 3: "),
-    (fault("Fragile", Lammps, run=all_or_none(Lammps),
-           __init__=lambda s: Lammps.__init__(s, lmp="lmp")), REPORTS, "of them 3: "),
+    (altered("Contagious", all_or_none), REPORTS, "of them 3: "),
     (changed("Light", change_scene=lighter), MATCHES, "in the reference's drop, .*, found"),
-    (changed("Sparse", change_motion=every_other), MATCHES, "left 21 samples, not 41"),
+    (changed("Sparse", change_motion=lost), MATCHES, "left 40 samples, not 41"),
     (changed("Blank", change_motion=without_places), MATCHES, "not finite"),
     (changed("Backward", change_motion=lambda _, m: replace(m, velocity=-m.velocity)),
      MATCHES, "velocity = "),

@@ -2,6 +2,7 @@
 # ruff: noqa: I001
 
 from dataclasses import replace
+from html.parser import HTMLParser
 
 import numpy as np
 import pandas as pd
@@ -43,6 +44,28 @@ def rows():
         finding(replace(ANGLE, quantity="laws", check="clipped against plastic", note="expected")),
         judge(replace(ANGLE, quantity="steps", kind=Kind.RECORDED, expected=np.nan), WIDTH),
     ]
+
+
+class Page(HTMLParser):
+    """The tags of a page with their attributes, and its text."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.tags, self.words = [], []
+        self.feed(html)
+        self.text = " ".join(" ".join(self.words).split())
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        if self.tags and self.tags[-1][0] not in ("style", "script"):
+            self.words.append(data)
+
+    def values(self, *names):
+        """Return the values of attributes of these names that are not empty."""
+        every = [attributes.get(name) for _, attributes in self.tags for name in names]
+        return [value for value in every if value]
 
 
 def convergence():

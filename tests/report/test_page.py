@@ -5,7 +5,6 @@ import gzip
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import pytest
 from markdown_it import MarkdownIt
@@ -14,27 +13,7 @@ from harness.report.content import Section, Table
 from harness.report.page import COLUMNS, causes, divided_setups, entries_of, report_files
 from harness.report.render import matrix
 from harness.results.rows import Verdict, rows_of, table
-from tests.report.conftest import ANGLE, DEFECTS, HOSTILE
-
-
-class Page(HTMLParser):
-    """The tags of a page with their attributes, its text, and its packed rows."""
-
-    def __init__(self, html):
-        super().__init__()
-        self.tags, self.words = [], []
-        self.feed(html)
-        self.text = " ".join(" ".join(self.words).split())
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data):
-        if self.tags and self.tags[-1][0] not in ("style", "script"):
-            self.words.append(data)
-
-    def values(self, name):
-        return [attributes[name] for _, attributes in self.tags if attributes.get(name)]
+from tests.report.conftest import ANGLE, DEFECTS, HOSTILE, Page
 
 
 def unpacked(html):
@@ -100,7 +79,7 @@ def test_nothing_of_a_page_comes_from_an_address_and_text_stays_text(page, files
     assert "<script>alert(1)" not in files["report.html"]
     shown = MarkdownIt("commonmark", {"html": False}).enable("table").render(files["report.md"])
     assert "<script>" not in shown
-    images = [attributes["src"] for tag, attributes in Page(shown).tags if tag == "img"]
+    images = Page(shown).values("src")
     assert images == ["figures/angle.svg", "figures/angle-2.svg"]  # http://h/x.png is text
     assert set(images) <= set(files)
     assert "figures/bad.svg" not in files
@@ -128,9 +107,6 @@ def test_rows_of_one_defect_are_one_cause_and_failures_differ_by_engine_and_clas
               ("pass", "finding", "recorded")]  # fmt: skip
     assert sorted(entry.number for cause in groups for entry in cause.entries) == judged
     assert dict(groups[-1].reasons)["its walls mix no materials"] == 1
-
-
-def test_used_is_the_ratio_of_difference_and_tolerance():
     used = {(3.0, 4.0): "50 %", (1.0, 0.0): "0 %", (3.0, 0.0): "", (1e6, 1.0): "> 1e4 %"}
     for (value, tolerance), percent in used.items():
         row = replace(ANGLE, value=value, expected=1.0, tolerance=tolerance, verdict=Verdict.PASS)

@@ -1,7 +1,6 @@
 """The site: every link leads to a file of it, no address is another host's, the board is whole."""
 
 from dataclasses import replace
-from html.parser import HTMLParser
 from urllib.parse import unquote, urlsplit
 
 import pytest
@@ -10,6 +9,7 @@ from harness.errors import RequestError
 from harness.report.site import LIST, site
 from harness.results.rows import Kind, Row, Verdict, table
 from harness.store.runs import Meta, Run, rows_text, write_run
+from tests.report.conftest import Page
 
 ROW = Row(case="drop", setup="wall", quantity="speed", engine="lammps", value=1.0, expected=1.0,
           tolerance=1e-9, kind=Kind.ANALYTIC, verdict=Verdict.PASS)  # fmt: skip
@@ -38,18 +38,6 @@ FILES = {
 }
 
 
-class Links(HTMLParser):
-    def __init__(self, path):
-        super().__init__()
-        self.links, self.ids = [], set()
-        self.feed(path.read_text())
-
-    def handle_starttag(self, _, attrs):
-        values = dict(attrs)
-        self.ids.add(values.get("id"))
-        self.links += filter(None, (values.get("href"), values.get("src")))
-
-
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     root = tmp_path_factory.mktemp("project")
@@ -71,11 +59,11 @@ def built(project, tmp_path_factory):
 def test_every_link_of_every_page_leads_to_a_file_and_an_id_of_the_site(built):
     for address in built.pages:
         page = built.folder / address
-        for parts in map(urlsplit, Links(page).links):
+        for parts in map(urlsplit, Page(page.read_text()).values("href", "src")):
             target = page.parent / unquote(parts.path or page.name)
             assert parts.scheme or target.resolve().is_relative_to(built.folder.resolve())
             assert parts.scheme or target.is_file(), f"{address}: {parts}"
-            assert not parts.fragment or parts.fragment in Links(target).ids
+            assert not parts.fragment or parts.fragment in Page(target.read_text()).values("id")
     assert built.unlinked == [("README.md", "none.md"), ("docs/case.md", "../../outside.md")]
     assert "made by verify" in (built.folder / "reports/example/report.html").read_text()
     assert not (built.folder / "reports/runs").exists()

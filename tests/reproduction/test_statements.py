@@ -39,7 +39,6 @@ def run():
         ((1.0 + 1e-13, 1.0), ["pass"]),
         ((1.0, 1.0, 3.0), ["pass"]),  # a correction that is not needed
         ((2.0, 1.0), ["finding"]),
-        ((2.0, 1.0, 2.0), ["finding", "pass"]),
         ((2.0, 1.0, 3.0), ["finding", "fail"]),
         ((math.nan, 1.0, 1.0), ["finding", "fail"]),
         (([1.0, math.nan], [1.0, 1.0], [1.0, 1.0]), ["finding", "fail"]),
@@ -52,13 +51,6 @@ def run():
 )
 def test_verdicts_of_a_statement(values, verdicts):
     assert [row.verdict for row in Statement("x", "eq. (0)", "x = 1", *values).rows] == verdicts
-
-
-def test_a_row_has_the_sample_that_differs_most_and_a_second_one_the_correction():
-    samples = [1.0, 2.0, 3.0], [1.0, 2.5, 3.1], [1.0, 2.0, 3.0]
-    printed, right = Statement("x", "eq. (0)", "x = 1", *samples, correction="x = 2").rows
-    assert (printed.value, printed.expected) == (2.0, 2.5)
-    assert (right.check, right.note) == ("corrected", "x = 2")
 
 
 class Dead:

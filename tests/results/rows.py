@@ -1,13 +1,24 @@
-"""A table of rows, and changes that are planted in it."""
+"""A table of rows, changes that are planted in it, and lists of any rows."""
 # ruff: noqa: I001
 
 from dataclasses import replace
+
+from hypothesis import strategies as st
 
 from harness.results.rows import (
     NAN, Failure, Kind, Row, Tolerance, Verdict, failed, finding, judge, not_tested, table,
 )  # fmt: skip
 
 NARROW = Tolerance(1e-9, 0.0, "round-off of a product")
+
+TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=10)
+NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
+SEVERAL = st.lists(
+    st.builds(Row, case=TEXT, setup=TEXT, quantity=TEXT, engine=TEXT, check=TEXT, value=NUMBERS,
+              uncertainty=NUMBERS, expected=NUMBERS, tolerance=NUMBERS, note=TEXT, reason=TEXT,
+              verdict=st.sampled_from(Verdict), failure=st.sampled_from(Failure)),
+    max_size=6, unique_by=lambda one: one.key,
+)  # fmt: skip
 
 
 def row(quantity="angle", value=10.0, **fields):

@@ -20,7 +20,7 @@ from harness.results.rows import (
     table,
 )  # fmt: skip
 from harness.store.runs import Meta
-from tests.results.rows import recorded, row, rows
+from tests.results.rows import NUMBERS, SEVERAL, recorded, row, rows
 
 # ---- verdicts: within, beyond, undecided, and never a pass without a number
 
@@ -32,11 +32,9 @@ JUDGED = {  # value, uncertainty, expected, tolerance: verdict
     "undecided": (1.2, 0.6, 1.0, 0.5, UNDECIDED),
     "beyond by more than it is uncertain by": (2.0, 0.4, 1.0, 0.5, FAIL),
     "NaN": (math.nan, 0.0, 1.0, 0.5, FAIL),
-    "NaN expected": (1.0, 0.0, math.nan, 0.5, FAIL),
     "NaN uncertain": (1.0, math.nan, 1.0, 0.5, FAIL),
     "NaN allowed": (1.0, 0.0, 1.0, math.nan, FAIL),
     "infinite": (math.inf, 0.0, 1.0, 0.5, FAIL),
-    "infinite and uncertain": (math.inf, math.inf, 1.0, 0.5, FAIL),
     "infinite as expected": (math.inf, 0.0, math.inf, 0.5, FAIL),
     "all allowed": (1.0, 0.0, 1.0, math.inf, FAIL),
 }
@@ -77,7 +75,6 @@ PLANTED = {  # the quantity, its row in the second run, the class, whether it fa
     "engine died": ("angle", failed(row(), Failure.ENGINE, "died"), Change.WORSE, True),
     "not tested any more": ("angle", not_tested(row(), "no such contact"), Change.WORSE, False),
     "row missing": ("angle", None, Change.WORSE, True),
-    "recorded row missing": ("time", None, Change.WORSE, True),
     "finding missing": ("difference", None, Change.WORSE, True),
     "untested row missing": ("path", None, Change.NOT_COMPARABLE, False),
     "row of a longer level missing": ("steady", None, Change.NOT_COMPARABLE, False),
@@ -134,9 +131,6 @@ def test_the_gravest_change_stands_first_and_the_largest_of_a_class():
     assert size == pytest.approx(0.1 / 5e-10)
 
 
-NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
-
-
 @settings(max_examples=8)  # tables of pandas: 30 ms each
 @given(old=NUMBERS, new=NUMBERS, width=st.floats(0.0, 1e3))
 def test_the_class_of_two_recorded_values(old, new, width):
@@ -152,16 +146,8 @@ def test_the_class_of_two_recorded_values(old, new, width):
         assert change == (Change.WITHIN if abs(new - old) <= width else Change.MOVED)
 
 
-TEXT = st.text(max_size=8)
-ROWS = st.builds(
-    Row, case=TEXT, setup=TEXT, quantity=TEXT, engine=TEXT, check=TEXT, note=TEXT, value=NUMBERS,
-    expected=NUMBERS, verdict=st.sampled_from(Verdict), failure=st.sampled_from(Failure),
-)  # fmt: skip
-TABLES = st.lists(ROWS, max_size=6, unique_by=lambda one: one.key)
-
-
 @settings(max_examples=8)
-@given(TABLES, TABLES)
+@given(SEVERAL, SEVERAL)
 def test_a_table_has_its_rows_and_each_key_of_two_tables_one_change(first, second):
     assert repr(rows_of(table(first))) == repr(first)
     changes = compare(table(first), table(second))
@@ -226,9 +212,6 @@ def are_other(one, two):
 @pytest.mark.parametrize("name", CHANGES)
 def test_another_input(name):
     assert are_other(digest(JOB), digest(changed(*CHANGES[name])))
-
-
-def test_two_numbers_that_changed_places_are_another_input():
     assert are_other(digest([1.0, 2.0]), digest([2.0, 1.0]))
 
 

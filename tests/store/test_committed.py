@@ -1,6 +1,5 @@
 """Accepted runs and known defects: merged exactly, and damage is named."""
 
-from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -9,13 +8,7 @@ from harness import files
 from harness.errors import RequestError
 from harness.results.compare import Change
 from harness.results.rows import not_tested
-from harness.store.committed import (
-    accept,
-    accepted_rows,
-    defect_script,
-    known_defects,
-    read_defects,
-)
+from harness.store.committed import accept, accepted_rows, defect_script, known_defects
 from harness.store.runs import Run
 from tests.results.rows import row, rows
 from tests.store.test_runs import META, run_of
@@ -75,9 +68,6 @@ def test_every_committed_defect_has_a_short_script_with_its_expected_value():
         lines = defect_script(defect).splitlines()
         assert 0 < len(lines) <= 40, defect.name
         assert any("expected" in line and line.startswith("print") for line in lines), defect.name
-        head = " ".join(takewhile(lambda line: line.startswith("#"), lines))
-        assert "Expected" in head, defect.name
-        assert "Found" in head, defect.name
 
 
 @pytest.mark.parametrize(
@@ -87,7 +77,6 @@ def test_every_committed_defect_has_a_short_script_with_its_expected_value():
         (ENTRY + "submodels = ['hertz']\n", r"defect\.NAME: .*submodels"),
         (ENTRY.replace("NAME", "tsuji-restitution"), "'tsuji-restitution' is the name of a comm"),
         ("[other.x]\n", "nothing else"),
-        ("defect = 3", "nothing else"),
         ("defect = {x = 1}", "nothing else"),
         ("[defect", "cannot be read"),
         ("\udcff", "cannot be read"),
@@ -110,10 +99,8 @@ def test_an_installed_package_has_file_and_scripts_and_accepts_nothing(tmp_path,
     script = committed / "defects" / Path(defect.script).relative_to("reports/defects")
     script.parent.mkdir(parents=True)
     script.write_text("run 0\n")
-    file = committed / "known-defects.toml"
-    file.write_text(ENTRY)
+    (committed / "known-defects.toml").write_text(ENTRY)
     assert defect_script(defect) == "run 0\n"
     assert [defect.name for defect in known_defects()] == ["NAME"]
-    assert known_defects() == read_defects(file)
     with pytest.raises(RequestError, match="belongs to the installed package"):
         accept(run_of(row()))

@@ -201,6 +201,7 @@ def test_values_of_a_file(tmp_path):
         assert test.tolerance == pytest.approx(expected, nan_ok=True)
 
 
+TEXT = TSUJI.read_text()
 SEGMENTS = "run_segments: |\n  3000 3000"
 
 
@@ -213,16 +214,20 @@ SEGMENTS = "run_segments: |\n  3000 3000"
         (("epsilon: 1e-08", "epsilon: small"), "epsilon = 'small'"),
         (("run_vel: |2\n    0 ", "run_vel: |2\n    nan "), "run_vel"),
         (("pre_commands: |", "pre_commands: ["), "cannot be read"),
+        ((TEXT, "- 1\n"), "must be a test of unittest/granular"),
+        ((TEXT, "pair_style: [a]\n"), "must be a test of unittest/granular"),
+        ((TEXT, "\udcff\udcfe\x00"), "cannot be read"),
     ],
 )
 def test_a_file_that_is_no_test_is_refused_by_file_and_key(tmp_path, change, word):
     file = tmp_path / "broken.yaml"
-    assert change[0] in TSUJI.read_text()
-    file.write_text(TSUJI.read_text().replace(*change))
+    assert change[0] in TEXT
+    file.write_text(TEXT.replace(*change), errors="surrogateescape")
     with pytest.raises(RequestError) as refused:
         read_test(file)
     assert str(file) in str(refused.value)
     assert word in str(refused.value)
+    assert "object has no attribute" not in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

@@ -5,12 +5,13 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from pydantic import Field
 
 from harness.cases.base import Case, Check, Quantity, Value
-from harness.engines.base import Engine, scene_job
+from harness.engines.base import scene_job
 from harness.engines.output import SERIES
 from harness.engines.reference import Reference
 from harness.engines.scenes import motion_in
@@ -72,19 +73,14 @@ class BounceCase(Case[Bounce]):
         return Discs("ball", motion.time, place[:, :, 0], place[:, :, 2], place[0, :, 0] * 0 + 0.01)
 
     def search(self, names, parameters, bench, **options):
-        found = [self.measure(p, bench.output(self.job(p)))["restitution"]
-                 for p in (parameters.replace(stiffness=k) for k in (1e4, 1e5))]  # fmt: skip
-        return {"softest": Value(1e4, found[1] - found[0])}
+        soft, stiff = (self.restitution(parameters.replace(stiffness=k), bench) for k in (1e4, 1e5))
+        return {"softest": Value(1e4, stiff - soft)}
 
     def checks(self, engine):
         for steps, level in ((200, "quick"), (400, "default"), (800, "full")):
             p = Bounce(steps=steps)
-            yield Check(
-                setup=f"{steps} steps", quantity="restitution", unit="1",
-                measure=lambda bench, p=p: _restitution(self, bench, p),
-                expected=lambda bench, p=p: self.reference(p, bench)["restitution"],
-                tolerance=SAME, level=level, jobs=[self.job(p)],
-            )  # fmt: skip
+            expected = partial(self.reference_restitution, p)
+            yield self.restitution_check(p, expected, level=level)
 
     def own_checks(self):
         yield Check(setup="200 steps", quantity="time_s", unit="s", kind=Kind.ANALYTIC,
@@ -93,20 +89,26 @@ class BounceCase(Case[Bounce]):
 
     def comparisons(self, engines):
         for engine in engines[1:]:
-            yield engine, Check(
-                setup="200 steps", quantity="restitution", unit="1", check=engines[0].name,
-                measure=lambda bench: _restitution(self, bench, Bounce()),
-                expected=lambda bench, n=engines[0].name: _restitution(
-                    self, bench.others[n], Bounce()),
-                tolerance=SAME, jobs=[self.job(Bounce())],
+            yield engine, self.restitution_check(
+                Bounce(), lambda bench: self.restitution(Bounce(), bench.others[engines[0].name]),
+                check=engines[0].name,
             )  # fmt: skip
+
+    def restitution_check(self, parameters, expected, **fields):
+        return Check(
+            setup=f"{parameters.steps} steps", quantity="restitution", unit="1", expected=expected,
+            measure=partial(self.restitution, parameters), tolerance=SAME,
+            jobs=[self.job(parameters)], **fields,
+        )  # fmt: skip
+
+    def restitution(self, parameters, bench):
+        return self.measure(parameters, bench.output(self.job(parameters)))["restitution"]
+
+    def reference_restitution(self, parameters, bench):
+        return self.reference(parameters, bench)["restitution"]
 
     def sections(self, benches):
         return [Section("Bounce", ", ".join(sorted(benches)))]
-
-
-def _restitution(case, bench, parameters):
-    return case.measure(parameters, bench.output(case.job(parameters)))["restitution"]
 
 
 def scene_of(parameters):
@@ -126,7 +128,7 @@ class Good(Reference):
     ran = 0
 
     def identify(self):
-        return replace(super().identify(), engine="good", engine_version="1")
+        return replace(super().identify(), engine=self.name, engine_version="1")
 
     def run(self, jobs):
         type(self).ran += len(jobs)
@@ -145,9 +147,6 @@ class Off(Good):
     name = "off"
     traits = replace(Good.traits, versions=("2",))
 
-    def identify(self):
-        return replace(super().identify(), engine="off")
-
     def scene_of(self, job):
         return job.scene.replace(law=job.scene.law.replace(normal_stiffness=K * (1 + 1e-6)))
 
@@ -156,9 +155,6 @@ class Usual(Good):
     """The engine that runs unless another is named."""
 
     name = "lammps"
-
-    def identify(self):
-        return replace(super().identify(), engine="lammps")
 
 
 class Dying(Good):
@@ -199,14 +195,8 @@ WRONG = Wrong()
 HERE = "tests.workflows.doubles"
 GROUPS = {"balls": {"bounce": f"{HERE}:CASE"}, "others": {"wrong": f"{HERE}:WRONG"}}
 ENGINES = {
-    "lammps": f"{HERE}:Usual",
-    "good": f"{HERE}:Good",
-    "off": f"{HERE}:Off",
-    "dying": f"{HERE}:Dying",
-    "missing": f"{HERE}:Missing",
-    "refusing": f"{HERE}:Refusing",
+    kind.name: f"{HERE}:{kind.__name__}" for kind in (Usual, Good, Off, Dying, Missing, Refusing)
 }
-assert issubclass(Good, Engine)
 
 
 class Search(Parameters):
@@ -234,14 +224,13 @@ class Second(BounceCase):
 BOUNCE2 = Second()
 
 
-class Sleeping(Good):
-    """Sleeps once it runs, and leaves a file as a sign."""
+class Sleeping(Slow):
+    """Leaves a file as a sign before it sleeps."""
 
-    name = "sleeping"
+    name, seconds = "sleeping", 60
 
     def run(self, jobs):
         Path("asleep").touch()
-        time.sleep(60)
         return super().run(jobs)
 
 

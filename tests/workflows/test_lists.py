@@ -1,30 +1,13 @@
-"""Lists of cases, engines and scripts."""
+"""Lists of scripts."""
 
 import pytest
 
-from harness import workflows
 from harness.errors import RequestError
-from harness.workflows import cases, inputs, outdated_inputs
+from harness.workflows import inputs, outdated_inputs
 from harness.workflows.lists import input_texts
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
-
-
-def test_the_verbs_are_listed():
-    assert set(workflows.__all__) <= set(dir(workflows))
-
-
-def test_a_case_is_listed_with_units_engines_and_solvers():
-    (record, _) = cases()
-    assert record["quantities"] == {"restitution": "1", "time_s": "s"}
-    assert record["derived"] == {"softest": "N/m"}
-    stiffness = record["parameters"]["stiffness"]
-    assert (stiffness["default"], stiffness["unit"]) == (1e5, "N/m")
-    assert stiffness["description"] == "normal stiffness"
-    assert {"good", "refusing"} <= set(record["engines"])
-    assert record["solvers"] == ["exact"]
-    assert record["by_default"]
 
 
 def test_scripts_are_written_and_compared(tmp_path, monkeypatch):
