@@ -189,7 +189,7 @@ def test_only_what_is_missing_is_run_in_order_and_to_the_last_bit(engine, entrie
 
 
 def test_each_output_is_stored_as_soon_as_it_is_there_and_no_error_is(engine, entries):
-    outcomes = CachedEngine(engine, entries).outcomes(JOBS)
+    outcomes = CachedEngine(engine, entries, fresh=True).outcomes(JOBS)
     next(outcomes)
     outcomes.close()  # as an interrupt does
     again = CachedEngine(engine, entries)

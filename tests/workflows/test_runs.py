@@ -75,6 +75,7 @@ def test_a_search_has_its_uncertainty_and_leaves_what_it_varies_out():
         ({"preset": "nix"}, "--set preset=nix.*usual, stiff"),
         ({"law.normal": "foo"}, "--set law.normal = 'foo': must be 'hooke', 'hertz'"),
         ({"steps.many": "3"}, "steps has no parts"),
+        ({"colour.red": "3"}, "--set colour: no such parameter"),
         ({"law": "1", "law.normal": "hertz"}, "law: is set as a whole already"),
     ],
 )

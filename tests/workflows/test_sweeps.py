@@ -122,6 +122,13 @@ def test_a_sweep_leaves_table_and_figure_in_a_folder_that_no_other_may_have(tmp_
         swept(over, output=tmp_path)
 
 
+def test_where_nothing_is_measured_the_figure_of_an_earlier_time_goes(tmp_path):
+    swept({"steps": "100"}, "dying", output=tmp_path)
+    (tmp_path / "figure.svg").touch()
+    swept({"steps": "100"}, "dying", output=tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"sweep.json", "rows.csv"}
+
+
 def test_a_folder_is_taken_from_the_first_run_on(tmp_path):
     def opened(name):
         with pytest.raises(RequestError, match="has another sweep"):

@@ -52,7 +52,7 @@ def test_an_engine_that_is_missing_dies_or_refuses_leaves_rows(of_all):
         for name, rows in of_all.rows.groupby("engine")
     }
     assert found["missing"] == [["not tested", "", "missing: no program", ""]]
-    assert found["dying"] == [["fail", "engine error", "signal SIGSEGV", "last words"]]
+    assert found["dying"] == [["fail", "engine error", "crashed: signal SIGSEGV", "last words"]]
     assert found["refusing"] == [["not tested", "", "it has no springs", ""]]
 
 
