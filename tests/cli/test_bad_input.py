@@ -18,6 +18,7 @@ BAD = {
         ("--tolerance 5", "--tolerance", "Must be <= 1.0"),
         ("--wells 3", "--wells 3", "--method steady only"),
         ("--extrapolate --method steady", "--extrapolate", "--method steady"),
+        ("--extrapolate --steps-per-contact 9", "--extrapolate", "--steps-per-contact"),
         ("--extrapolate --tolerance 0.1", "--extrapolate", "--tolerance"),
     ],
     "tower": [
@@ -25,10 +26,12 @@ BAD = {
         ("--height 0", "height = 0", "greater than or equal to 1"),
         ("--solver nix", "--solver 'nix'", "or a solver of this package: rk4, exact"),
         ("--lmp x", "--lmp 'x'", "goes with --solver lammps only"),
+        ("--series .", "--series .", "is a folder"),
         ("--series no/file", "--series no/file", "no folder no"),
     ],
     "impulse": [
         ("--heights 5-1", "--heights '5-1'", "as 1-19, within 1 to 10000"),
+        ("--heights 1 --heights 0", "--heights '1,0'", "as 1-19"),
         ("--heights 1-9000", "--force", "minutes on one core"),
         ("--figure f.xyz", "--figure f.xyz", ".svg, .png, .pdf"),
         ("--reference no.csv", "--reference no.csv", "goes with --figure"),
@@ -97,6 +100,7 @@ OF_DOUBLES = {
     "verify": [
         ("--quick --full", "--quick and --full", "one of them"),
         ("--cases nix", "--cases 'nix'", "all, a group (balls, others)"),
+        ("--cases ,", "--cases ','", "names no case"),
         ("--engines nix", "--engines 'nix'", "all, or one or more of lammps"),
         ("--engines ,", "--engines ','", "names no engine"),
         ("--only bounc/*", "--only 'bounc/*'", "matches no case/setup/quantity"),

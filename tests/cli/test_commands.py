@@ -230,6 +230,7 @@ def test_cases_and_engines_are_objects_of_lists(answer, harness):
     assert case["derived"] == {"softest": "N/m"}
     stiffness = case["parameters"]["stiffness"]
     assert (stiffness["default"], stiffness["unit"]) == (1e5, "N/m")
+    assert stiffness["description"] == "normal stiffness"
     assert {"good", "refusing"} <= set(case["engines"])
     assert (case["solvers"], case["by_default"]) == (["exact"], True)
     engines = {e["engine"]: e for e in answer("engines")["engines"]}

@@ -65,10 +65,13 @@ def test_rows_and_releases_in_which_it_acts(entry, fields, acts):
     [
         ({}, "needs one of"),
         ({"fit": "setup_torque", "error": "NaN"}, "needs one of"),
+        ({"fit": "spring"}, "fit = 'spring': must be"),
         ({"faults": {"tsuji": True}}, "tsuji: no such parameter of Faults"),
+        ({"faults": {"tsuji_effective_mass": "half"}}, "tsuji_effective_mass = 'half': must be"),
         ({"faults": {"tsuji_effective_mass": "thin_skin"}}, "= 'thin_skin': must be"),
         ({"law": {"clipped": 3}}, r"law\.clipped = 3: must be true or false"),
         ({"rules": {"wall_lever": "arm"}}, "wall_lever = 'arm': must be 'radius'"),
+        ({"law": {"friction": [1]}}, r"law\.friction = \[1\]: must be a number"),
         ({"law": {"normal": "hertzian"}}, "'hertzian': must be a number or one of hooke"),
         ({"submodels": ["hertz"], "error": "NaN"}, "submodels"),
     ],

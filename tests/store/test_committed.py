@@ -77,6 +77,7 @@ def test_every_committed_defect_has_a_short_script_with_its_expected_value():
         (ENTRY + "submodels = ['hertz']\n", r"defect\.NAME: .*submodels"),
         (ENTRY.replace("NAME", "tsuji-restitution"), "'tsuji-restitution' is the name of a comm"),
         ("[other.x]\n", "nothing else"),
+        ("defect = 3", "nothing else"),
         ("defect = {x = 1}", "nothing else"),
         ("[defect", "cannot be read"),
         ("\udcff", "cannot be read"),

@@ -1,13 +1,18 @@
-"""Lists of scripts."""
+"""Lists of verbs and scripts."""
 
 import pytest
 
+from harness import workflows
 from harness.errors import RequestError
 from harness.workflows import inputs, outdated_inputs
 from harness.workflows.lists import input_texts
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
+
+
+def test_the_verbs_are_listed():
+    assert set(workflows.__all__) <= set(dir(workflows))
 
 
 def test_scripts_are_written_and_compared(tmp_path, monkeypatch):
