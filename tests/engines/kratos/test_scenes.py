@@ -9,7 +9,7 @@ from harness.engines.process import Ended
 from harness.errors import EngineInputError, EngineMissingError, EngineNaNError, Unsupported
 from harness.model.scene import Wall
 from tests.engines.struck import struck_floor, struck_pair
-from tests.solvers.reference.scenes import HERTZ, HOOKE, LINEAR
+from tests.solvers.reference.scenes import HOOKE
 
 SPRING = {"tangential": "linear_history", "friction": 0.3}
 
@@ -51,21 +51,6 @@ def test_law_goes_by_the_ratio_of_stiffnesses(stiffness, law):
     if law == "viscous_Coulomb":
         nu = code["poisson"]
         assert 1e5 * 2.0 * (1.0 - nu) / (2.0 - nu) == pytest.approx(stiffness)
-
-
-@pytest.mark.parametrize(
-    ("law", "reason"),
-    [
-        (LINEAR.replace(clipped=True), "tied to the normal one, and limited twice"),
-        (HERTZ.replace(tangential="mindlin"), "takes tangential = none or mindlin_rescale/force"),
-        (HERTZ.replace(damping="tsuji", restitution=0.5), "none or coeff_restitution, not tsuji"),
-        (HOOKE.replace(**SPRING, partner_friction=0.1), "of each pair, and mixes none"),
-        (HERTZ.replace(normal="jkr", surface_energy=0.1), "takes normal = dmt, not jkr"),
-    ],
-)
-def test_law_that_it_cannot_state(law, reason):
-    with pytest.raises(Unsupported, match=reason):
-        words(struck_floor(law))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from harness.engines.base import scene_job
 from harness.engines.liggghts.engine import script, words
 from harness.errors import EngineInputError, Unsupported
 from tests.engines.struck import STRUCK, struck_floor, struck_pair
-from tests.solvers.reference.scenes import HERTZ, HOOKE, LINEAR, VISCOUS, guided, resting
+from tests.solvers.reference.scenes import HERTZ, HOOKE, VISCOUS, guided, resting
 
 SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
 ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1}
@@ -59,27 +59,6 @@ def test_frozen_mass_is_infinite_and_a_prescribed_one_its_own():
 )
 def test_models(law, models):
     assert models in words(struck_floor(law)).models
-
-
-@pytest.mark.parametrize(
-    ("law", "reason"),
-    [
-        (HERTZ.replace(tangential="mindlin/force"), "takes tangential = .* mindlin_classic"),
-        (HERTZ.replace(damping="tsuji", restitution=0.5), "takes damping = none or viscoelastic"),
-        (HOOKE.replace(**SPRING, partner_friction=0.1), "of each pair, and mixes none"),
-        (HERTZ.replace(normal="jkr", surface_energy=0.1), "takes normal = hertz, not jkr"),
-        (HERTZ.replace(damping="coeff_restitution", tangential="mindlin", tangential_damping=0.5),
-         "no tangential dashpot but of 0.907485213"),
-        (HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=900.0), "k_n mu_r"),
-        (HOOKE.replace(**SPRING, **TWISTS, twisting_stiffness=1.0), "resist rolling as well"),
-        (HOOKE.replace(**SPRING, **ROLLS, **TWISTS, rolling_stiffness=3e4, twisting_stiffness=3.0),
-         "rolling or twisting, not both"),
-        (LINEAR.replace(twisting="marshall"), "takes twisting = none or sds, not marshall"),
-    ],
-)  # fmt: skip
-def test_law_that_it_cannot_state(law, reason):
-    with pytest.raises(Unsupported, match=reason):
-        words(struck_floor(law))
 
 
 def test_twisting_springs_need_the_vertical_line_of_centres():

@@ -6,7 +6,7 @@ import pytest
 
 from harness.engines.yade.engine import Yade, words
 from harness.errors import Unsupported
-from harness.model.scene import Scene, Wall
+from harness.model.scene import Wall
 from tests.engines.struck import struck_floor, struck_pair
 from tests.solvers.reference.scenes import HERTZ, HOOKE
 
@@ -76,26 +76,3 @@ def test_conventions_go_by_the_law():
     assert Yade.rules(struck_floor(HOOKE)).wall_curvature == 0.0
     assert Yade.rules(struck_floor(HERTZ)).wall_curvature == 1e-8
     assert Yade.rules(struck_floor(HOOKE.replace(**SPRING, **ROLLS))).wall_lever == "contact_point"
-
-
-EACH = {"damping": "coeff_restitution", "restitution": 0.5, "partner_restitution": 0.9,
-        "clipped": True}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("scene", "reason"),
-    [
-        (struck_floor(HERTZ.replace(tangential="mindlin")), "tangential = none or mindlin/force"),
-        (struck_floor(HOOKE.replace(tangential="linear_history_classic")), "linear_history, not"),
-        (struck_floor(HOOKE.replace(**SPRING, **ROLLS).replace(rolling_damping=0.1)), "without a"),
-        (struck_floor(HERTZ.replace(normal="dmt", surface_energy=0.1, tangential="mindlin/force")),
-         "has dmt without dashpot and friction only"),
-        (struck_floor(HERTZ.replace(normal="jkr", surface_energy=0.1)), "not jkr"),
-        (struck_pair(HOOKE.replace(**SPRING, **ROLLS)).replace(walls=(Wall(),)), "has one R"),
-        (struck_floor(HOOKE.replace(**EACH)), "of two free spheres without friction"),
-        (struck_pair(HERTZ.replace(**EACH)), "gets the restitution of each pair, and mixes none"),
-    ],
-)  # fmt: skip
-def test_scene_that_it_cannot_state(scene: Scene, reason):
-    with pytest.raises(Unsupported, match=reason):
-        words(scene)
