@@ -1,5 +1,6 @@
 """What runs of other codes are kept under: a changed installation is another one."""
 
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ import pytest
 
 from harness.engines import registry
 from harness.engines.kratos.engine import Kratos
+from harness.engines.lammps.engine import Lammps
 from harness.engines.mfix.engine import Mfix
 from harness.engines.yade.engine import Yade
 
@@ -43,11 +45,16 @@ def kratos(folder, monkeypatch):
 
 
 def mfix(folder):
-    shutil.copy(TRUE, folder / "mfixsolver")
-    return Mfix, {"program": str(folder / "mfixsolver")}, folder / "mfixsolver"
+    program = Path(shutil.copy(TRUE, folder / "mfixsolver"))
+    return Mfix, {"program": str(program)}, program
 
 
-@pytest.mark.parametrize("name", ["yade", "kratos", "mfix"])
+def lammps(folder):
+    program = Path(shutil.copy(TRUE, folder / "lmp"))
+    return Lammps, {"lmp": str(program)}, program
+
+
+@pytest.mark.parametrize("name", ["yade", "kratos", "mfix", "lammps"])
 def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypatch, name):
     more = (monkeypatch,) if name == "kratos" else ()
     kind, options, file = globals()[name](tmp_path, *more)
@@ -55,7 +62,9 @@ def test_a_changed_file_of_an_installation_is_another_engine(tmp_path, monkeypat
     monkeypatch.setattr(registry, "digest", registry.digest.__wrapped__)
     before = kind(**options).fingerprint()
     assert before is not None
+    os.utime(file, (1, 1))
     assert before == kind(**options).fingerprint()
+    assert name in ("yade", "kratos") or any("libc" in file for file in before["files"])
     with file.open("ab") as stream:
         stream.write(b"\0")
     assert kind(**options).fingerprint() != before

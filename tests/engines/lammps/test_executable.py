@@ -1,19 +1,11 @@
 """What is LAMMPS's own in running its executable; faults of runs are in ``test_faults``."""
 
-import sys
-
 import pytest
 
-from harness.cases.base import Check
-from harness.cases.bench import Bench
-from harness.cases.checks import row_in
 from harness.cases.drop import CASE
 from harness.engines.lammps.engine import Lammps
-from harness.engines.lammps_language import error_of
-from harness.engines.process import Ended
 from harness.engines.registry import program_words
-from harness.errors import EngineMissingError, RequestError
-from harness.results.rows import Kind, Row, Tolerance, Verdict
+from harness.errors import EngineMissingError
 
 LOADER = "lmp: error while loading shared libraries: libmpi.so.12: cannot open shared object file"
 HELP = (
@@ -42,26 +34,6 @@ def test_words_after_the_program_are_its_arguments_and_a_file_is_taken_whole(scr
     assert program_words("lmp", blank) == [blank]
     assert program_words("lmp", f"{plain} -sf  opt") == [plain, "-sf", "opt"]
     assert program_words("lmp", f"'{blank}' -pk omp 2") == [blank, "-pk", "omp", "2"]
-    with pytest.raises(RequestError, match=r"^--lmp '/nowhere/lmp': no such executable; give"):
-        Lammps(lmp="/nowhere/lmp -sf omp")
-    with pytest.raises(RequestError, match='--lmp "lmp \'x" cannot be read: No closing quotation'):
-        Lammps(lmp="lmp 'x")
-
-
-def test_a_style_without_a_variant_for_kokkos_is_not_tested_in_the_words_of_lammps():
-    said = "Fix wall/gran/kk doesn't yet support hertz/history style"
-    log = f"run 100\nERROR: {said} (src/KOKKOS/fix_wall_gran_kokkos.cpp:128)\n"
-    error = error_of(Ended("", 1, 0.1, timed_out=False), log)
-
-    def measure(_):
-        raise error
-
-    check = Check(setup="", quantity="", unit="", measure=measure, expected=0.0,
-                  tolerance=Tolerance(1.0, reason=""), kind=Kind.CROSS_CODE)  # fmt: skip
-    blank = Row(case="oblique", setup="", quantity="", engine="lammps", kind=Kind.CROSS_CODE)
-    row = row_in(Bench(None), check, blank)
-    assert row.verdict is Verdict.NOT_TESTED
-    assert said in row.note + row.reason
 
 
 @pytest.mark.live
@@ -93,5 +65,3 @@ def test_a_launcher_of_another_mpi_is_refused(script_file):
         pytest.raises(EngineMissingError, match="starts 2 separate LAMMPS instead of one"),
     ):
         engine.identify()
-    with pytest.raises(RequestError, match=r"--mpirun 'no-such-launcher'"):
-        Lammps(lmp=sys.executable, launcher="no-such-launcher -np 4")

@@ -18,7 +18,6 @@ from harness.engines.scripts import Script, Task
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
-    EngineLostAtomsError,
     EngineMemoryError,
     EngineOutputError,
     EngineTimeoutError,
@@ -26,26 +25,12 @@ from harness.errors import (
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 
-HEAD = """
-units si
-atom_style sphere
-boundary f f f
-region box block 0 1 0 1 0 1
+FAT = """
+region box block 0 400 0 400 0 400
 create_box 1 box
+lattice sc 1
+create_atoms 1 box
 """
-LOST = """
-create_atoms 1 single 0.5 0.5 0.5
-set group all diameter 0.1 density 1
-velocity all set 10 0 0
-pair_style granular
-pair_coeff * * hooke 1000.0 1.0 damping velocity tangential linear_nohistory 0.0 0.0
-comm_modify vel yes
-fix integrate all nve/sphere
-thermo 10
-timestep 0.01
-run 1000
-"""
-FAT = HEAD.replace("0 1", "0 400") + "lattice sc 1\ncreate_atoms 1 box\n"
 
 
 def task_of(text):
@@ -74,7 +59,6 @@ FAULTS = {  # a run, the limits, its error and words of it
     "KILL": (task_of("shell 'kill -KILL $PPID'"), {}, EngineMemoryError, "SIGKILL"),
     "hang": (ENDLESS, {"seconds": 1.0}, EngineTimeoutError, "within 1 s"),
     "memory": (task_of(FAT), {"memory": 2 * 1024**3}, EngineMemoryError, "allocate"),
-    "lost": (task_of(HEAD + LOST), {}, EngineLostAtomsError, "Lost atoms"),
     "refused": (task_of("units furlongs"), {}, EngineInputError, "units"),
 }
 

@@ -7,9 +7,11 @@ import pytest
 from harness.engines.lammps_language import (
     check_log,
     error_from_text,
+    error_of,
     packages_in,
     version_in,
 )
+from harness.engines.process import Ended
 from harness.errors import (
     EngineCrashError,
     EngineInputError,
@@ -17,6 +19,7 @@ from harness.errors import (
     EngineMemoryError,
     EngineMissingError,
     EngineOutputError,
+    EngineUnsupportedError,
 )
 
 LIGGGHTS = Path(__file__).parents[1] / "liggghts" / "recorded"
@@ -70,6 +73,14 @@ def test_errors_of_liggghts_are_in_the_same_words(name, kind):
     error = error_from_text((LIGGGHTS / f"{name}.log").read_text("utf-8"), 1, "LIGGGHTS")
     assert type(error) is kind
     assert str(error).startswith("LIGGGHTS ")
+
+
+def test_a_style_without_a_variant_for_kokkos_is_not_supported_in_the_words_of_lammps():
+    said = "Fix wall/gran/kk doesn't yet support hertz/history style"
+    log = f"run 100\nERROR: {said} (src/KOKKOS/fix_wall_gran_kokkos.cpp:128)\n"
+    error = error_of(Ended("", 1, 0.1, timed_out=False), log)
+    assert isinstance(error, EngineUnsupportedError)
+    assert said in str(error)
 
 
 def test_a_signal_is_the_reason_whatever_the_log_ends_with(recorded):

@@ -1,7 +1,11 @@
-"""Scripts of scenes: each coefficient is in them, and what LAMMPS cannot state is refused."""
+"""Scripts: each value and coefficient is in them, and what LAMMPS cannot state is refused."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from harness.cases.drop import TEMPLATE, Drop, values_of
+from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.scene import rules, script
 from harness.errors import Unsupported
 from harness.model.scene import Wall, sphere
@@ -22,6 +26,19 @@ from tests.engines.lammps.scenes import (
     off_by,
     on_wall,
 )
+
+
+def test_the_committed_input_is_generated(inputs):
+    script = Lammps.script(TEMPLATE)
+    assert (inputs / script.name).read_text(encoding="utf-8") == script.text
+
+
+@given(st.floats(0.0, 1e-2), st.floats(1e5, 1e12))
+def test_numbers_reach_lammps_at_full_precision(gap, stiffness):
+    values = values_of(Drop(gap=gap, stiffness=stiffness))
+    texts = {name: Lammps.literal(value) for name, value in values.items()}
+    assert (float(texts["gap"]), float(texts["stiffness"])) == (gap, stiffness)
+    assert " " not in "".join(texts.values())
 
 
 def test_share_of_bulk_reaches_the_script():

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from harness.engines.mfix.engine import Mfix
-from harness.engines.process import Limits
 
 STAND_IN = Path(__file__).parent / "stand_in.py"
 VARIABLE = "DEM_HARNESS_MFIX"
@@ -28,10 +27,10 @@ def stand_in(script_file):
     """Return a function that makes an engine of the stand-in in one of its modes."""
     engines = []
 
-    def make(mode="", **limits):
+    def make(mode=""):
         text = f'exec "{sys.executable}" "{STAND_IN}" "{mode}" "$@"\n'
         path = script_file(text, name=f"mfixsolver-{len(engines)}")
-        engines.append(Mfix(program=path, workers=2, limits=Limits(**limits)))
+        engines.append(Mfix(program=path, workers=2))
         return engines[-1]
 
     yield make

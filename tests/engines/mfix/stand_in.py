@@ -13,7 +13,6 @@ import os
 import re
 import signal
 import sys
-import time
 from pathlib import Path
 
 if not {"--help", "--version"} & {*sys.argv}:  # asked without it, which takes most of the time
@@ -144,8 +143,6 @@ def vtp(now, places, fields):
 def misbehave(mode):
     if mode.startswith("SIG"):
         os.kill(os.getpid(), getattr(signal, mode))
-    elif mode == "hang":
-        time.sleep(60)
     elif mode in REFUSALS:
         sys.exit(f">>>>>----\n{REFUSALS[mode]}\nPlease correct the project settings.")
     paths = sorted(Path().glob("GRAIN_*.vtp"))
