@@ -7,6 +7,9 @@ from harness.solvers import reference
 from tests.solvers.reference.scenes import FLOOR, LINEAR, MASS, RHO, R, contact_time, difference
 
 STEPS = 50  # a contact
+SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
+ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1}
+TWISTS = {"twisting": "sds", "twisting_damping": 0.0, "twisting_friction": 1e-4}
 VELOCITY, SPIN = (0.3, -0.2, -0.5), (10.0, -20.0, 50.0)
 
 

@@ -3,24 +3,16 @@
 50 steps a contact, one run of each law in each system, all samples to 1e-9 of the scale.
 """
 
-import importlib.util
-import shutil
-import sys
-from functools import cache
-
 import numpy as np
 import pytest
 
 from harness.engines.base import scene_job
 from harness.engines.kratos.engine import FAULTS as KRATOS_FAULTS
-from harness.engines.kratos.engine import Kratos
-from harness.engines.liggghts.engine import Liggghts
-from harness.engines.yade.engine import Yade
 from harness.errors import CombinationError, Unsupported
 from harness.model.conventions import Faults, Rules
 from harness.model.law import Law
 from harness.model.scene import Scene, Wall, sphere
-from tests.engines.struck import error, struck_floor, struck_pair
+from tests.engines.struck import ROLLS, SPRING, TWISTS, error, struck_floor, struck_pair
 from tests.solvers.reference.scenes import (
     DAMPED,
     DMT,
@@ -39,8 +31,7 @@ from tests.solvers.reference.scenes import (
 
 pytestmark = [pytest.mark.live, pytest.mark.slow]
 
-CODES = {"liggghts": Liggghts, "yade": Yade, "kratos": Kratos}
-ALL = pytest.mark.parametrize("code", CODES)
+ALL = pytest.mark.parametrize("code", ["liggghts", "yade", "kratos"], indirect=True, scope="module")
 TOLERANCE = 1e-9
 FAULTS = {
     "kratos": KRATOS_FAULTS,
@@ -48,14 +39,11 @@ FAULTS = {
     "yade": Faults(rolling_by_rate=True),
 }
 
-SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
 STIFF = {**SPRING, "tangential_stiffness": 2e5}
 RESTITUTION = {"damping": "coeff_restitution", "restitution": 0.6}
 CLIPPED = {**RESTITUTION, "clipped": True}
 FRICTION = {"friction": 0.3}
 OF_MATERIAL = {"tangential_damping": np.sqrt(2.0 * 0.7 / 1.7).item(), **FRICTION}
-ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1}
-TWISTS = {"twisting": "sds", "twisting_damping": 0.0, "twisting_friction": 1e-4}
 LAWS = {
     "hooke": HOOKE,
     "velocity": HOOKE.replace(**DAMPED),
@@ -163,54 +151,43 @@ SYSTEMS = {
 }
 
 
-@cache
-def program(code):
-    """Return the path of a code, or of a Python that has it; skip where there is none."""
-    found = shutil.which(code)
-    if code == "kratos":
-        found = importlib.util.find_spec("KratosMultiphysics") and sys.executable
-    return found or pytest.skip(f"no {code} on PATH, or in this Python")
-
-
-@cache
+@pytest.fixture(scope="module")
 def runs(code):
     """Return (law, system, scene, rules, motion) of all that a code states."""
-    path, rows = program(code), []
+    rows = []
     for law, system in ((law, system) for law in LAWS for system in SYSTEMS):
         try:
             scene = SYSTEMS[system](LAWS[law])
-            rows.append((law, system, scene, CODES[code].rules(scene)))
+            rows.append((law, system, scene, code.rules(scene)))
         except (CombinationError, Unsupported):  # a step too large for the springs of a small one
             continue
-    with CODES[code](path) as engine:
-        motions = engine.motions([scene_job(row[2]) for row in rows])
+    motions = code.motions([scene_job(row[2]) for row in rows])
     return [(*row, motion) for row, motion in zip(rows, motions, strict=True)]
 
 
 @ALL
-def test_every_law_at_equal_steps(code):
-    rows, faults = runs(code), FAULTS.get(code, Faults())
-    errors = {row[:2]: error(*row[2:3], row[4], row[3], faults) for row in rows}
+def test_every_law_at_equal_steps(code, runs):
+    faults = FAULTS[code.name]
+    errors = {row[:2]: error(*row[2:3], row[4], row[3], faults) for row in runs}
     assert {name: off for name, off in errors.items() if not off < TOLERANCE} == {}
-    assert {law for law, _ in errors} == STATED[code]
+    assert {law for law, _ in errors} == STATED[code.name]
 
 
 @ALL
-def test_every_convention_moves_a_result(code):
-    rows, faults = runs(code), FAULTS.get(code, Faults())
+def test_every_convention_moves_a_result(code, runs):
+    faults = FAULTS[code.name]
     # looks are those of scenes with stages: tests/engines/test_plane_scenes.py
-    for name in set().union(*(row[3].changed for row in rows)) - {"looks_set_up"}:
+    for name in set().union(*(row[3].changed for row in runs)) - {"looks_set_up"}:
         default = Rules.model_fields[name].default
-        others = ((row, row[3].replace(**{name: default})) for row in rows if row[3].changed)
+        others = ((row, row[3].replace(**{name: default})) for row in runs if row[3].changed)
         assert any(error(row[2], row[4], other, faults) > TOLERANCE for row, other in others), name
-    if code in FAULTS:
-        assert any(error(row[2], row[4], row[3], Faults()) > TOLERANCE for row in rows)
+    assert any(error(row[2], row[4], row[3], Faults()) > TOLERANCE for row in runs)
 
 
 @ALL
 @pytest.mark.parametrize("name", ["friction", "normal_stiffness", "tangential_stiffness"])
-def test_a_coefficient_off_by_1e_6_is_seen(code, name):
-    rows, faults = runs(code), FAULTS.get(code, Faults())
-    _, _, scene, rules, motion = next(row for row in rows if row[:2] == ("linear_history", "floor"))
+def test_a_coefficient_off_by_1e_6_is_seen(code, runs, name):
+    faults = FAULTS[code.name]
+    _, _, scene, rules, motion = next(row for row in runs if row[:2] == ("linear_history", "floor"))
     law = scene.law.replace(**{name: getattr(scene.law, name) * (1.0 + 1e-6)})
     assert error(scene.replace(law=law), motion, rules, faults) > 10.0 * TOLERANCE

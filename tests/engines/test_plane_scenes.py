@@ -13,7 +13,7 @@ from harness.model.law import Law
 from harness.model.scene import Body, Scene, Stage
 from harness.solvers import reference
 from tests.engines.struck import moving
-from tests.engines.test_equal_steps_of_codes import ALL, CODES, program
+from tests.engines.test_equal_steps_of_codes import ALL
 from tests.solvers.reference.scenes import G, difference, on_row
 
 LAWS = {
@@ -77,7 +77,7 @@ def stated(code):
                 continue  # its path is not stable: rounding decides
             scene = make(law)
             try:
-                yield f"{name}, {of}", scene, CODES[code].rules(scene)
+                yield f"{name}, {of}", scene, code.rules(scene)
             except Unsupported:
                 continue
 
@@ -86,9 +86,8 @@ def stated(code):
 @pytest.mark.slow
 @ALL
 def test_plane_scenes_at_equal_steps(code):
-    path, rows = program(code), [*stated(code)]
-    with CODES[code](path) as engine:
-        motions = engine.motions([scene_job(scene) for _, scene, _ in rows])
+    rows = [*stated(code)]
+    motions = code.motions([scene_job(scene) for _, scene, _ in rows])
     offs, moved = {}, False
     for (name, scene, rules), motion in zip(rows, motions, strict=True):
         expected = reference.run(scene, rules)
@@ -101,8 +100,8 @@ def test_plane_scenes_at_equal_steps(code):
     assert {name: off for name, off in offs.items() if not off < TOLERANCE} == {}
     assert moved  # by the convention of looks
     of_law = {name.rpartition(", ")[2] for name in offs}
-    assert of_law == {*LAWS} - ({"attractive"} if code != "liggghts" else set())
-    assert len(offs) == {"liggghts": 32, "yade": 23, "kratos": 23}[code]
+    assert of_law == {*LAWS} - ({"attractive"} if code.name != "liggghts" else set())
+    assert len(offs) == {"liggghts": 32, "yade": 23, "kratos": 23}[code.name]
 
 
 @pytest.mark.live
@@ -111,7 +110,7 @@ def test_plane_scenes_at_equal_steps(code):
 def test_script_of_a_scene_runs_alone(code, tmp_path):
     scene = drop(LAWS["plastic"])
     (tmp_path / "run.py").write_text(code.script_text(scene_job(scene)))
-    words = [program(code.name), *(["-n", "-x"] if code.name == "yade" else []), "run.py"]
+    words = [code.program, *(["-n", "-x"] if code.name == "yade" else []), "run.py"]
     subprocess.run(words, cwd=tmp_path, check=True, capture_output=True,
                    env=code.environment(tmp_path))  # fmt: skip
     table = json.loads((tmp_path / "0.json").read_text())

@@ -14,7 +14,6 @@ import pytest
 
 from harness import files
 from harness.engines.process import Limits, Processes, fresh_folder
-from harness.engines.registry import chosen_options
 from harness.errors import (
     EngineCrashError,
     EngineMemoryError,
@@ -74,7 +73,7 @@ def test_one_that_hangs_is_killed_with_its_children(python, tmp_path):
 def test_a_long_run_has_more_time_unless_a_limit_is_named():
     assert Limits().time_for(29.0) == 300.0
     assert Limits().time_for(600.0) == 6000.0
-    assert chosen_options("lammps", {"limits": "60"})["limits"].time_for(600.0) == 60.0
+    assert Limits(seconds=60.0, patience=0.0).time_for(600.0) == 60.0
 
 
 def test_a_program_that_goes_on_has_its_time_for_each_step(python):

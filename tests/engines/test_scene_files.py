@@ -18,7 +18,16 @@ from harness.engines.yade.engine import Yade
 from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.scene import Scene, Stage, Wall, sphere
 from harness.solvers import reference
-from tests.engines.struck import STRUCK, STRUCK_ELASTIC, error, struck_floor, struck_pair
+from tests.engines.struck import (
+    ROLLS,
+    SPRING,
+    STRUCK,
+    STRUCK_ELASTIC,
+    TWISTS,
+    error,
+    struck_floor,
+    struck_pair,
+)
 from tests.solvers.reference.scenes import DAMPED, DMT, HERTZ, HOOKE, LINEAR, RHO, R, climbing
 
 CODES = {"liggghts": Liggghts, "yade": Yade, "kratos": Kratos}
@@ -188,9 +197,6 @@ def test_scene_that_no_code_states(code):
             CODES[code].rules(PLAIN.replace(walls=(wall,)))
 
 
-SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
-ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1}
-TWISTS = {"twisting": "sds", "twisting_damping": 0.0, "twisting_friction": 1e-4}
 ROLLING = HOOKE.replace(**SPRING, **ROLLS, rolling_stiffness=2e4)
 RESTITUTION = {"damping": "coeff_restitution", "restitution": 0.5, "clipped": True}
 EACH = {**RESTITUTION, "partner_restitution": 0.9}

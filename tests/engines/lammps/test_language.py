@@ -29,8 +29,6 @@ LIGGGHTS = Path(__file__).parents[1] / "liggghts" / "recorded"
     ("year", "version"),
     [
         (2022, "23 Jun 2022 - Update 4"),
-        (2023, "2 Aug 2023 - Update 3"),
-        (2024, "29 Aug 2024 - Update 3"),
         (2025, "22 Jul 2025 - Update 4"),
     ],
 )

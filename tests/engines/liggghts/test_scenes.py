@@ -5,15 +5,10 @@ import re
 
 import pytest
 
-from harness.engines.base import scene_job
 from harness.engines.liggghts.engine import script, words
-from harness.errors import EngineInputError, Unsupported
-from tests.engines.struck import STRUCK, struck_floor, struck_pair
+from harness.errors import Unsupported
+from tests.engines.struck import ROLLS, SPRING, TWISTS, struck_floor, struck_pair
 from tests.solvers.reference.scenes import HERTZ, HOOKE, VISCOUS, guided, resting
-
-SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
-ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1}
-TWISTS = {"twisting": "sds", "twisting_damping": 0.0, "twisting_friction": 1e-4}
 
 
 def matrix(scene, name):
@@ -66,19 +61,3 @@ def test_twisting_springs_need_the_vertical_line_of_centres():
     assert "epsd2" in words(resting(law, 1e-3, 100, spin=(0.0, 0.0, 1.0))).models
     with pytest.raises(Unsupported, match="resist rolling as well"):
         words(resting(law, 1e-3, 100, spin=(0.1, 0.0, 1.0)))
-
-
-@pytest.mark.live
-@pytest.mark.slow
-@pytest.mark.parametrize("code", ["liggghts"], indirect=True)
-def test_error_of_a_scene_is_named_and_the_rest_runs(code, monkeypatch):
-    good, bad = scene_job(STRUCK), scene_job(STRUCK.replace(every=1))
-
-    def write_script(job):
-        return "colour red\n" if job == bad else script(job.scene)
-
-    monkeypatch.setattr(code, "scene_script", write_script)
-    motions = code.motions([good, bad, good])
-    assert isinstance(motions[1], EngineInputError)
-    assert "Unknown command: colour" in str(motions[1])
-    assert len(motions[0]) == len(motions[2]) == STRUCK.steps // STRUCK.every + 1

@@ -1,8 +1,8 @@
 """MFiX's stand-in as an engine, and MFiX itself where a user names it."""
 
-import importlib.util
 import os
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -13,29 +13,17 @@ STAND_IN = Path(__file__).parent / "stand_in.py"
 VARIABLE = "DEM_HARNESS_MFIX"
 
 
-@pytest.fixture(scope="session")
-def stand_in_module():
-    """Return the module of the stand-in, which reads keyword files and writes VTP files."""
-    spec = importlib.util.spec_from_file_location("mfix_stand_in", STAND_IN)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.fixture
 def stand_in(script_file):
     """Return a function that makes an engine of the stand-in in one of its modes."""
-    engines = []
+    with ExitStack() as opened:
 
-    def make(mode=""):
-        text = f'exec "{sys.executable}" "{STAND_IN}" "{mode}" "$@"\n'
-        path = script_file(text, name=f"mfixsolver-{len(engines)}")
-        engines.append(Mfix(program=path, workers=2))
-        return engines[-1]
+        def make(mode=""):
+            text = f'exec "{sys.executable}" "{STAND_IN}" "{mode}" "$@"\n'
+            program = script_file(text, name=f"mfixsolver-{mode.replace(' ', '-')}")
+            return opened.enter_context(Mfix(program=program, workers=2))
 
-    yield make
-    for engine in engines:
-        engine.close()
+        yield make
 
 
 @pytest.fixture

@@ -24,7 +24,6 @@ REFUSALS = {  # with a number and without (``check_solids_dem.f``)
     "refuse": "Error 1000: Required input not specified: KN",
     "unknown": "Illegal or unknown input: DES_EN_INPUT = 0.25",
 }
-AFTER = ("half a file", "stops early")  # what goes wrong after the run
 PAIR = re.compile(r"([A-Za-z_]\w*(?:\([\d:, ]+\))?)\s*=\s*")
 
 
@@ -145,13 +144,6 @@ def misbehave(mode):
         os.kill(os.getpid(), getattr(signal, mode))
     elif mode in REFUSALS:
         sys.exit(f">>>>>----\n{REFUSALS[mode]}\nPlease correct the project settings.")
-    paths = sorted(Path().glob("GRAIN_*.vtp"))
-    if mode == "half a file":
-        content = paths[-1].read_bytes()
-        paths[-1].write_bytes(content[: len(content) // 2])
-    elif mode == "stops early":
-        for path in paths[50:]:
-            path.unlink()
 
 
 def main(mode, options):
@@ -165,11 +157,11 @@ def main(mode, options):
     if mode == "no hold":
         keys.pop("BC_TYPE(1)", None)
     bad = math.isclose(keys["DES_EN_INPUT"], 0.25, rel_tol=1e-9)
-    if not bad or mode in (*AFTER, ""):
-        text = Path("particle_input.dat").read_text(encoding="utf-8").replace("d", "e")
-        Run(keys, np.array([line.split() for line in text.splitlines()], float)).march()
     if bad and mode:
         misbehave(mode)
+    else:
+        text = Path("particle_input.dat").read_text(encoding="utf-8").replace("d", "e")
+        Run(keys, np.array([line.split() for line in text.splitlines()], float)).march()
 
 
 if __name__ == "__main__":

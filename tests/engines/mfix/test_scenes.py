@@ -20,6 +20,7 @@ from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.law import Law, damping_ratio
 from harness.model.scene import Stage
 from harness.solvers import reference
+from tests.engines.mfix.stand_in import read_keywords, vtp
 from tests.engines.test_plane_scenes import drop, tower
 from tests.solvers.reference.scenes import climbing, on_row
 
@@ -53,13 +54,12 @@ def rows_of(system):
     return np.array([[float(word) for word in line.split()] for line in text.splitlines()])
 
 
-def test_every_keyword_of_the_recorded_input_is_stated_but_for_those_reviewed(stand_in_module):
-    read = stand_in_module.read_keywords
-    recorded = read((RECORDED / "mfix_quartier.dat").read_text(encoding="utf-8"))
+def test_every_keyword_of_the_recorded_input_is_stated_but_for_those_reviewed():
+    recorded = read_keywords((RECORDED / "mfix_quartier.dat").read_text(encoding="utf-8"))
     gx, gy = recorded["GRAVITY_X"], recorded["GRAVITY_Y"]
     scene = source_row(math.degrees(math.atan2(gx, -gy)), recorded["DTSOLID_FACTOR"],
                        stiffness=recorded["KN"], gravity=math.hypot(gx, gy))  # fmt: skip
-    generated = read(system_of(scene, 10**5, "EULER").inputs["mfix.dat"])
+    generated = read_keywords(system_of(scene, 10**5, "EULER").inputs["mfix.dat"])
     for key in recorded.keys() - CHANGED:
         value = recorded[key]
         number = isinstance(value, float)
@@ -162,7 +162,7 @@ def test_recorded_frames_are_read():
 
 
 @pytest.fixture
-def frames(stand_in_module, tmp_path):
+def frames(tmp_path):
     """Return system, states (ROWS, 4) and a folder with them, the grain at a place that changes."""
     scene = source_row().replace(stages=(Stage(place=99.0, floor=-1e9),))
     system = system_of(scene, scene.steps, "EULER")
@@ -174,7 +174,7 @@ def frames(stand_in_module, tmp_path):
         rows = [(1.0, x, y, vx, vy), *(rows if number == 0 else [(199.0, 1.0, 5.0, 0.0, 0.0)])]
         table = np.array(rows[::-1] if number % 2 else rows)
         fields = {"Velocity": table[:, 3:], "Particle_ID": table[:, :1]}
-        content = stand_in_module.vtp(10 * number * scene.step, table[:, 1:3], fields)
+        content = vtp(10 * number * scene.step, table[:, 1:3], fields)
         (tmp_path / f"GRAIN_{number:04d}.vtp").write_bytes(content)
     return system, states, tmp_path
 
@@ -194,8 +194,15 @@ def test_the_path_that_was_written_is_read_by_its_global_id(frames):
     assert np.isnan(found.force[:, :, 0]).all()
 
 
-@pytest.mark.parametrize("left", [1, 0])
-def test_a_lost_mobile_sphere_is_named(left):
+@pytest.mark.parametrize(
+    ("left", "end", "reason"),
+    [
+        (1, None, "lost a mobile sphere: 1 of 6 frames"),
+        (0, None, "lost a mobile sphere: 0 of 6 frames"),
+        (6, 3, "ended at step 2 of"),
+    ],
+)
+def test_a_lost_mobile_sphere_or_an_early_end_is_named(left, end, reason):
     """Of a column whose second sphere is in so many frames."""
     scene = three().replace(steps=4)
     system = system_of(scene, scene.steps, "EULER")
@@ -204,8 +211,8 @@ def test_a_lost_mobile_sphere_is_named(left):
         ids = np.arange(1.0, 3.0)[: 2 if step < left else 1, None]
         arrays = {"coordinates": system.places[: len(ids)], "Velocity": np.zeros((len(ids), 2))}
         frames.append(Frame(step * scene.step, {**arrays, "Particle_ID": ids}))
-    with pytest.raises(EngineOutputError, match=f"lost a mobile sphere: {left} of 6 frames"):
-        motion(system, frames, [])
+    with pytest.raises(EngineOutputError, match=reason):
+        motion(system, frames[:end], [])
 
 
 def edit(number, change):

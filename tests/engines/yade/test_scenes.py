@@ -7,10 +7,9 @@ import pytest
 from harness.engines.yade.engine import Yade, words
 from harness.errors import Unsupported
 from harness.model.scene import Wall
-from tests.engines.struck import struck_floor, struck_pair
+from tests.engines.struck import SPRING, struck_floor, struck_pair
 from tests.solvers.reference.scenes import HERTZ, HOOKE
 
-SPRING = {"tangential": "linear_history", "tangential_stiffness": 3e4, "friction": 0.3}
 ROLLS = {"rolling": "sds", "rolling_damping": 0.0, "rolling_friction": 0.1,
          "rolling_stiffness": 2e4}  # fmt: skip
 
