@@ -19,6 +19,7 @@ from harness.engines.lammps import scene as lammps
 from harness.engines.liggghts.engine import Liggghts
 from harness.engines.registry import engine_class
 from harness.engines.yade.engine import Yade
+from tests.cases.common import made
 
 CASES = {case.name: case for case in (silo.CASE, drum.CASE, heap.CASE, penetration.CASE)}
 RULES = {
@@ -57,13 +58,6 @@ def needs(code):
 # ---- made-up outputs, by case
 
 
-def made(table, seconds=1.0, **results):
-    """Return an output with these results and this series."""
-    texts = tuple((name, str(value)) for name, value in results.items())
-    provenance = outputs.Provenance("lammps", "1")
-    return outputs.Output(texts, provenance, {"series": table}, seconds=seconds)
-
-
 def silo_series(p, rate=2000.0, stop=0.0):
     """Return grains that leave at one rate from 0.1 s on, until so many remain."""
     t = np.arange(1, 501) * p.duration / 500
@@ -84,7 +78,7 @@ def silo_output(p, table=None, rate=2000.0, stop=0.0, rise=0.0, **changes):
         "shaft_N": 0.1 * p.weight, "cone_N": 0.6 * p.weight, "floor_N": 0.3 * p.weight,
         "steps": p.settle_steps + p.steps,
     }  # fmt: skip
-    return made(table, **{**results, **changes})
+    return made({**results, **changes}, table, seconds=1.0)
 
 
 def penetration_series(p):
@@ -109,7 +103,7 @@ def penetration_output(p, table=None, lower=0.008, gained=0.0, **changes):
         "end_elastic_J": 1e-6, "coordination": 4.2, "mean_height_m": 0.006, "grains": p.grains,
         "outside": 0, "steps": p.settle_steps + p.steps,
     }  # fmt: skip
-    return made(table, seconds=4.752, **{**results, **changes})
+    return made({**results, **changes}, table, seconds=4.752)
 
 
 def ridge(angle, p, columns=20, bed=6e-3):
@@ -139,7 +133,7 @@ def heap_output(p, table=None, angle=30.0, moving=1e-12, rise=0.0, running=0, **
         "bed_kinetic_J": 1e-10, "released_J": 2.1e-2, "mean_height_m": 0.5 * 0.05,
         "grains": p.grains, "steps": p.settle_steps + p.steps,
     }  # fmt: skip
-    return made(table, **{**results, **changes})
+    return made({**results, **changes}, table, seconds=1.0)
 
 
 def drum_lattice(p):
@@ -183,7 +177,7 @@ def drum_output(p, table=None, spin=None, **changes):
         "bed_kinetic_J": 1e-9, "large": p.counts[0], "small": p.counts[1],
         "steps": p.settle_steps + p.steps,
     }  # fmt: skip
-    return made(table, **{**results, **changes})
+    return made({**results, **changes}, table, seconds=1.0)
 
 
 OUTPUTS = {"silo": silo_output, "penetration": penetration_output, "heap": heap_output,
@@ -290,10 +284,10 @@ def run(kind, *jobs):
     return found
 
 
-def recorded(code, case, log=str):
-    """Return the output of a recorded small run, with its log damaged."""
+def recorded(code, case):
+    """Return the output of a recorded small run."""
     path = Path(__file__).parent / "recorded" / f"{code}-{case.name}"
-    log = log(path.with_suffix(".txt").read_text("utf-8"))
+    log = path.with_suffix(".txt").read_text("utf-8")
     table = outputs.read_csv(path.with_suffix(".csv").read_text("utf-8"), code)
     provenance = outputs.Provenance(code, "1")
     return outputs.Output(outputs.results_in(log), provenance, {"series": table}, log, seconds=1.0)

@@ -11,7 +11,8 @@ from harness.cases.bulk import plane_discs
 from harness.cases.bulk.comparison import bulk_law, stated_law, with_tail
 from harness.model.law import damping_ratio
 from harness.results.rows import Failure, Verdict
-from tests.cases.bulk.doubles import CASES, StandIn, comparison_rows, made, own_rows
+from tests.cases.bulk.doubles import CASES, StandIn, comparison_rows, own_rows
+from tests.cases.common import made
 
 PASS, FAIL, NOT_TESTED = Verdict.PASS, Verdict.FAIL, Verdict.NOT_TESTED
 FINDING = Verdict.FINDING
@@ -247,7 +248,7 @@ def test_a_particle_is_the_circle_that_the_plane_cuts_from_it():
     place[2, 8, 2] = 3e-3
     columns = {f"{axis}_m": place[:, :, k] for k, axis in enumerate("xyz")}
     radius = np.tile([1e-3] * 8 + [2e-3], (3, 1))
-    frames = made({"step": np.array([5.0, 10.0, 20.0]), "radius_m": radius, **columns})
+    frames = made({}, {"step": np.array([5.0, 10.0, 20.0]), "radius_m": radius, **columns})
     lines = [((0.0, 1e-2, 1e-2), (0.0, 0.0, 1e-2))]
     time = 1e-3 * (frames.table(("step",))["step"] - 10)
     discs = plane_discs("grains", frames, time, 0.6e-3, lines)

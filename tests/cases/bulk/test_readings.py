@@ -18,15 +18,8 @@ from harness.cases.bulk.silo import (
     janssen_share,
 )
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
-from tests.cases.bulk.doubles import (
-    CASES,
-    SERIES,
-    grains_below_a_plane,
-    made,
-    measure,
-    ridge,
-    turning,
-)
+from tests.cases.bulk.doubles import CASES, SERIES, grains_below_a_plane, measure, ridge, turning
+from tests.cases.common import made
 
 # ---- damaged and undecided outputs
 
@@ -59,13 +52,7 @@ WRONG = [  # case, series, changed results, error, its words
     ("silo", None, {"grains": 1199}, LOST, r"beyond the walls at 0 s: the walls leave a hole"),
     ("silo", None, {"grains": 1201}, OUTPUT, "grains = 1201"),
     ("silo", cut_silo, {}, OUTPUT, "lacks rows"),
-    (
-        "silo",
-        None,
-        {"stop": 900.0},
-        UNDECIDED,
-        "arching, .* 900 grains of 1200 remain",
-    ),
+    ("silo", None, {"stop": 900.0}, UNDECIDED, "arching, .* 900 grains of 1200 remain"),
     ("silo", None, {"rate": 500.0}, UNDECIDED, "duration = 1 s is too short: .* left at 1 s"),
     ("heap", lambda: astray("heap", 50), {}, LOST, r"through the glued layer at 0.918 s"),
     ("heap", None, {"grains": 1151}, LOST, r"through the glued layer at 0 s"),
@@ -113,7 +100,7 @@ def test_the_rate_is_the_slope_of_the_number_that_remains():
     assert measure("silo", p=Silo(steel_friction=0.0))["janssen_load_ratio"] == 0.0
     for later, rise in (([2.0, 1.0], 0.0), ([1.0, 1.5, 0.5], 0.5), ([4.0], 1.0)):
         table = {"kinetic_J": np.zeros(len(later)), "potential_J": np.array(later)}
-        assert energy_rise(made({}, released_J=3.0), table) == rise
+        assert energy_rise(made({"released_J": 3.0}), table) == rise
 
 
 @pytest.mark.parametrize("height", [0.01, 0.1, 1.0])

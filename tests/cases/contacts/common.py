@@ -1,7 +1,5 @@
-"""The contact cases, the limit of small steps of their quantities, and rows in an engine."""
+"""The contact cases, and the limit of small steps of their quantities."""
 
-from harness.cases.bench import Bench
-from harness.cases.checks import run_checks, selected
 from harness.cases.registry import GROUPS, get_case
 from harness.model.conventions import Rules
 from harness.solvers import reference
@@ -37,9 +35,3 @@ def one_of_each(case):
 def twin(*changes, declared=None, **more):
     """Return the reference as an engine of the plain conventions, with faults."""
     return Twin(*changes, declared=declared or Rules(), **more)
-
-
-def rows_of(case, engine, level="quick", only="*"):
-    """Return the rows of the checks of a case in an engine."""
-    checks = selected(case.name, case.checks_up_to(engine, level), level, only)
-    return run_checks(case.name, checks, Bench(engine))

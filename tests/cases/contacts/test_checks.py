@@ -7,11 +7,12 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
-from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineLostAtomsError, Unsupported
 from harness.model.conventions import Rules
 from harness.results.rows import Failure, Kind, Verdict
-from tests.cases.contacts.common import CASES, case_named, one_of_each, rows_of, twin
+from tests.cases.common import rows_of, verdicts
+from tests.cases.contacts.common import CASES, case_named, one_of_each, twin
+from tests.cases.scene_faults import grain, scaled
 from tests.engine_doubles import FewDigits, Twin, lost, single
 
 
@@ -21,7 +22,7 @@ def test_the_reference_itself_passes_and_each_trial_of_quick_has_rows(case):
     assert len({trial.setup for trial in case.trials}) == len(case.trials)
     assert {trial.parameters.steps_per_contact for trial in trials} == {STEPS}
     rows = rows_of(case, twin())
-    assert {row.verdict for row in rows} == {Verdict.PASS}
+    assert verdicts(rows) == {Verdict.PASS}
     assert {row.kind for row in rows} == {Kind.CROSS_CODE}
     assert all(row.difference == 0.0 and row.reason for row in rows)
     assert {row.setup for row in rows} == {trial.setup for trial in trials}
@@ -70,15 +71,6 @@ def flown_by(_, motion):
     return replace(motion, force=still, velocity=np.tile(motion.velocity[0], (len(motion), 1, 1)))
 
 
-def longer_step(scene):
-    return scene.replace(step=scene.step * (1.0 + 1e-6))
-
-
-def heavier(scene):
-    first, *rest = scene.bodies
-    return scene.replace(bodies=(first.replace(mass=first.mass * (1.0 + 1e-6)), *rest))
-
-
 def steeper(scene):
     first, *rest = scene.bodies
     x, y, z = first.velocity
@@ -93,8 +85,8 @@ FAULTS = {  # fault: case, the engine with it, the class of its failure
     "columns swapped": ("oblique", twin(change_motion=swapped), OUTSIDE),
     "samples shifted": ("slip-to-roll", twin(change_motion=shifted), OUTSIDE),
     "no contact": ("pull-off", twin(change_motion=flown_by), Failure.ENGINE),
-    "a longer step": ("head-on", twin(longer_step), OUTSIDE),
-    "a heavier body": ("stacked", twin(heavier), OUTSIDE),
+    "a longer step": ("head-on", twin(scaled("step", 1.0 + 1e-6)), OUTSIDE),
+    "a heavier body": ("stacked", twin(grain("mass", 1.0 + 1e-6)), OUTSIDE),
     "another angle": ("oblique", twin(steeper), OUTSIDE),
     "another lever": ("spin", twin(followed=Rules(wall_lever="height")), OUTSIDE),
     "another scheme": ("drag", twin(followed=Rules(scheme="mfix_euler")), OUTSIDE),
@@ -114,13 +106,12 @@ def test_a_planted_fault_turns_a_row(fault):
 )
 def test_a_code_with_few_digits_is_held_to_what_they_resolve(name):
     right = rows_of(case_named(name), FewDigits(declared=Rules()))
-    assert {row.verdict for row in right} == {Verdict.PASS}
+    assert verdicts(right) == {Verdict.PASS}
     assert all("7 digits" in row.reason for row in right)
     silent = rows_of(case_named(name), twin(change_motion=single))
-    assert Verdict.FAIL in {row.verdict for row in silent}
-    slower = FewDigits(lambda scene: scene.replace(step=scene.step * 0.999), single,
-                       declared=Rules())  # fmt: skip
-    assert Verdict.FAIL in {row.verdict for row in rows_of(case_named(name), slower)}
+    assert Verdict.FAIL in verdicts(silent)
+    slower = FewDigits(scaled("step", 0.999), single, declared=Rules())
+    assert Verdict.FAIL in verdicts(rows_of(case_named(name), slower))
 
 
 def test_a_run_that_dies_fails_its_own_rows_and_others_go_on():
@@ -138,7 +129,7 @@ def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():
             raise Unsupported("its walls mix no materials")
 
     rows = rows_of(case_named("oblique"), Refuses())
-    assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
+    assert verdicts(rows) == {Verdict.NOT_TESTED}
     assert {row.note for row in rows} == {"its walls mix no materials"}
     assert len(rows) == len({row.setup for row in rows})
 
@@ -147,7 +138,7 @@ def test_conventions_of_an_engine_are_findings_that_name_what_they_move():
     rows = rows_of(case_named("slip-to-roll"), twin(declared=Rules(wall_lever="height")))
     moved = [row for row in rows if row.quantity == MOVED]
     assert {row.verdict for row in rows if row not in moved} == {Verdict.PASS}
-    assert {row.verdict for row in moved} == {Verdict.FINDING}
+    assert verdicts(moved) == {Verdict.FINDING}
     assert max(row.value for row in moved) > 1e-4
     assert all("wall_lever = height" in row.note for row in moved)
 
@@ -155,14 +146,7 @@ def test_conventions_of_an_engine_are_findings_that_name_what_they_move():
 # ---- LAMMPS
 
 
-@pytest.fixture(scope="module")
-def lammps():
-    with Lammps(workers=1) as engine:
-        yield engine
-
-
 @pytest.mark.live
-@pytest.mark.usefixtures("lammps_here")
 @pytest.mark.parametrize("name", ["drag", "heat", "moving-wall", "curved-wall", "lj-units"])
 def test_cases_without_known_defects_hold_in_lammps(lammps, name):
     rows = rows_of(case_named(name), lammps)
@@ -171,7 +155,6 @@ def test_cases_without_known_defects_hold_in_lammps(lammps, name):
 
 
 @pytest.mark.live
-@pytest.mark.usefixtures("lammps_here")
 def test_variations_of_lammps_hold_and_a_list_thinner_than_the_neck_is_among_them(lammps):
     case = case_named("head-on")
     rows = rows_of(case, lammps, "default", only="head-on/jkr, two spheres/*")

@@ -17,7 +17,8 @@ from harness.model.scene import Scene
 from harness.report.page import draw
 from harness.results.rows import Failure, Kind, Verdict
 from harness.store.committed import known_defects
-from tests.cases.incline.doubles import coefficient, diameters, grain, scaled, turned
+from tests.cases.common import verdicts
+from tests.cases.scene_faults import coefficient, diameters, grain, scaled, turned
 from tests.engine_doubles import Crashing, Twin
 
 PATH = "*/largest difference of the path"
@@ -34,10 +35,6 @@ def quick():
 
 def rows_of(engine, only="*"):
     return run_checks("incline", selected("incline", quick(), "quick", only), Bench(engine))
-
-
-def verdicts(rows):
-    return {row.verdict for row in rows}
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +102,7 @@ def slack(scene: Scene) -> Scene:
 
 SCENE_FAULTS = {
     "angle": (turned(), PATH),
-    "gravity": (lambda s: s.replace(gravity=tuple((1 + 1e-7) * g for g in s.gravity)), PATH),
+    "gravity": (scaled("gravity"), PATH),
     "stiffness": (coefficient("normal_stiffness"), PATH),
     "damping": (coefficient("damping_coefficient"), PATH),
     "diameter": (diameters(), PATH),

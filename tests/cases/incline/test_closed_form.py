@@ -25,6 +25,7 @@ from harness.solvers import reference
 from harness.solvers.hard_sphere import critical_angle as by_events
 from harness.theory.contact import restitution_clipped, restitution_unclipped
 from harness.theory.incline import FRICTIONLESS, INTEGRATED, ROLLING
+from tests.cases.common import assert_refused
 
 HALF = Contact(restitution=0.5)
 
@@ -98,8 +99,7 @@ def test_bounds_of_friction():
     ],
 )
 def test_options_that_are_refused(options, words):
-    with pytest.raises(RequestError, match=words):
-        theory(**options)
+    assert_refused(words, theory, **options)
 
 
 def test_the_rebound_is_that_of_the_law_and_decides_what_is_expected():
@@ -111,28 +111,22 @@ def test_the_rebound_is_that_of_the_law_and_decides_what_is_expected():
     assert expected_angle(Incline(contact=Contact(restitution=0.8))) is None
     assert expected_angle(Incline(contact=HALF, friction=0.5)) is None
     assert set(angles_to_compare(SOURCE)) == {"closed_form_deg"}
-    assert set(angles_to_compare(HALF)) == {
-        "closed_form_kept_deg",
-        "closed_form_lost_deg",
-        "theory",
-    }
+    both = {"closed_form_kept_deg", "closed_form_lost_deg", "theory"}
+    assert set(angles_to_compare(HALF)) == both
 
 
-@pytest.mark.parametrize(
-    ("contact", "steps", "stiffness"),
-    [
-        (Contact(restitution=0.35), 50.0, 1e6),
-        (Contact(restitution=0.25, tail="clipped"), 50.0, 1e6),
-        (Contact(restitution=0.325), 20.0, 1e7),
-        (Contact(restitution=0.335), 100.0, 1e7),
-    ],
-)
-def test_a_contact_whose_hops_last_to_where_a_passage_is_judged_is_refused(
-    contact, steps, stiffness
-):
+HOPPING = [
+    (Contact(restitution=0.35), 50.0, 1e6),
+    (Contact(restitution=0.25, tail="clipped"), 50.0, 1e6),
+    (Contact(restitution=0.325), 20.0, 1e7),
+    (Contact(restitution=0.335), 100.0, 1e7),
+]
+
+
+@pytest.mark.parametrize(("contact", "steps", "stiffness"), HOPPING)
+def test_a_contact_that_hops_to_where_a_passage_is_judged_is_refused(contact, steps, stiffness):
     case = Incline(contact=contact, steps_per_contact=steps, stiffness=stiffness)
-    with pytest.raises(RequestError, match=r"restitution 0.3[23]\d* at most at stiffness 1e"):
-        check_passage(case)
+    assert_refused(r"restitution 0.3[23]\d* at most at stiffness 1e", check_passage, case)
 
 
 @pytest.mark.parametrize("tail", ["attractive", "clipped"])
@@ -146,14 +140,9 @@ def test_a_contact_that_is_not_refused_slides_where_it_is_judged(tail, stiffness
         return True
 
     for steps in (15.0, 50.0):
-        cases = (
-            Incline(
-                contact=Contact(damping_ratio=0.3 + 0.002 * n, tail=tail),
-                steps_per_contact=steps,
-                stiffness=stiffness,
-            )
-            for n in itertools.count()
-        )
+        values = {"steps_per_contact": steps, "stiffness": stiffness}
+        contacts = (Contact(damping_ratio=0.3 + 0.002 * n, tail=tail) for n in itertools.count())
+        cases = (Incline(contact=contact, **values) for contact in contacts)
         case = next(filter(is_allowed, cases))  # rebounds the most
         with Reference() as engine:
             assert critical_angle(case, engine=engine).value > theory().critical_angle_deg

@@ -17,13 +17,12 @@ from harness.cases.incline.columns import (
 )
 from harness.cases.incline.runs import Fate, loaded, start_load
 from harness.cases.tower.impulse import source_angles
-from harness.engines.lammps.engine import Lammps
-from harness.errors import RequestError
 from harness.results.rows import Verdict
 from harness.solvers import chain_stepped, reference
 from harness.theory.chain import LAWS
 from harness.theory.incline import critical_angle as rigid_angle
-from tests.cases.incline.doubles import coefficient, scaled
+from tests.cases.common import assert_refused, verdicts
+from tests.cases.scene_faults import coefficient, scaled
 from tests.engine_doubles import FewDigits, Twin
 
 SOFT = Columns(n=5, stiffness=1e5)
@@ -94,15 +93,12 @@ def rows_of(engine):
     return run_checks("columns", list(CASE.checks(engine)), Bench(engine))
 
 
-def test_a_right_engine_passes_and_lacks_the_deformable_law():
+def test_a_right_engine_passes_also_with_few_digits_and_lacks_the_deformable_law():
     rows = rows_of(Twin())
-    verdicts = {row.setup: row.verdict for row in rows}
-    assert {v for s, v in verdicts.items() if "deformable" in s} == {Verdict.NOT_TESTED}
-    assert {v for s, v in verdicts.items() if "deformable" not in s} == {Verdict.PASS}
-
-
-def test_a_code_with_few_digits_passes():
-    assert Verdict.FAIL not in {row.verdict for row in rows_of(FewDigits())}
+    lacking = [row for row in rows if "deformable" in row.setup]
+    assert verdicts(lacking) == {Verdict.NOT_TESTED}
+    assert verdicts(row for row in rows if row not in lacking) == {Verdict.PASS}
+    assert Verdict.FAIL not in verdicts(rows_of(FewDigits()))
 
 
 def inner(**changes):
@@ -115,9 +111,7 @@ FAULTS = {
     "dashpot off by 1e-6": coefficient("damping_coefficient", 1 + 1e-6),
     "no dashpots within": inner(damping="none"),
     "softer within": inner(normal_stiffness=2000.002),
-    "gravity off by 1e-6": lambda s: s.replace(
-        gravity=(s.gravity[0] * (1 + 1e-6), s.gravity[1], 0.0)
-    ),
+    "gravity off by 1e-6": scaled("gravity", 1 + 1e-6),
     "step off by 1e-6": scaled("step", 1 + 1e-6),
     "columns that move sideways": lambda s: s.replace(
         bodies=tuple(body.replace(axes=(True, True, False)) for body in s.bodies)
@@ -128,16 +122,13 @@ FAULTS = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_faults(fault):
     engine = Twin(lambda scene: FAULTS[fault](scene) if scene.pairs else scene)
-    rows = [
-        row for row in rows_of(engine) if row.setup == "overlap law, damped, n = 3, k = 2e3 N/m"
-    ]
-    assert [row.verdict for row in rows] == [Verdict.FAIL]
+    setup = "overlap law, damped, n = 3, k = 2e3 N/m"
+    assert [row.verdict for row in rows_of(engine) if row.setup == setup] == [Verdict.FAIL]
 
 
 def test_a_path_off_the_inclines_is_seen():
-    row = rows_of(
-        Twin(lambda s: s if s.law.damping != "velocity" else s.replace(step=s.step * (1 + 1e-9)))
-    )[0]
+    longer = scaled("step", 1 + 1e-9)
+    row = rows_of(Twin(lambda s: longer(s) if s.law.damping == "velocity" else s))[0]
     assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
 
 
@@ -163,13 +154,11 @@ def test_the_quantities_of_a_run_and_the_search():
     ],
 )
 def test_bad_parameters(changes, said):
-    with pytest.raises(RequestError, match=said):
-        SOFT.replace(**changes)
+    assert_refused(said, SOFT.replace, **changes)
 
 
 @pytest.mark.live
-def test_lammps_is_the_incline_for_one_particle_and_equal_in_steps_above():
-    with Lammps(workers=1) as engine:
-        rows = rows_of(engine)
-    assert {row.verdict for row in rows} == {Verdict.PASS}, rows
+def test_lammps_is_the_incline_for_one_particle_and_equal_in_steps_above(lammps):
+    rows = rows_of(lammps)
+    assert verdicts(rows) == {Verdict.PASS}, rows
     assert len(rows) == 5

@@ -1,5 +1,7 @@
 """The outcome of a run: by its script, by its path, and outputs that are no result."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,11 +11,10 @@ from harness.cases.incline.case import CASE
 from harness.cases.incline.columns import Columns
 from harness.cases.incline.runs import Fate, read
 from harness.cases.incline.system import Incline
-from harness.engines.output import Output, Provenance
+from harness.engines.output import STAGES
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError, RequestError
-
-WHO = Provenance("engine", "1")
+from tests.cases.common import made
 
 
 def printed(case, **changes):
@@ -23,7 +24,7 @@ def printed(case, **changes):
         "verdict": "moves_on", **changes,
     }  # fmt: skip
     crests = results.pop("crests", [f"1 {results['time_s']} 0.5 1"])
-    return Output((*(("crest", row) for row in crests), *results.items()), WHO)
+    return made([*(("crest", row) for row in crests), *results.items()])
 
 
 def test_a_script_that_judges_is_read():
@@ -57,7 +58,7 @@ def stages(case, rows):
     """Return the output of a scene with stages that ended at states (x, y, vx, vy)."""
     times = 50 * case.step * np.arange(1 + len(rows))
     columns = [times, *np.array([(0.5, 0.9, 1.0, 0.0), *rows]).T]
-    return Output((), WHO, {"stages": dict(zip(COLUMNS, columns, strict=True))})
+    return replace(made({}), tables={STAGES: dict(zip(COLUMNS, columns, strict=True))})
 
 
 OVER, FURTHER = (1.0, 1.0, 1.0, 0.0), (2.0, 1.0, 1.0, 0.0)

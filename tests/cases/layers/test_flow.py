@@ -13,19 +13,14 @@ from harness.cases.checks import run_checks, selected
 from harness.cases.layers.flow import (
     BALANCES, CASE, GRAIN_DENSITY, SLICE, SMALL, STEADY, SUMS, Flow, Measurement,
 )  # fmt: skip
-from harness.engines import output as outputs
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from harness.results.rows import Verdict
+from tests.cases.common import made
 
 SHEAR, FRACTION, TEMPERATURE = 0.2, 0.6, 0.03
 
 
 FLOW = Flow(blocks=6, angle=20.0)
-
-
-def made(texts):
-    results = tuple((name, str(value)) for name, value in texts)
-    return outputs.Output(results, outputs.Provenance("fake", "1"))
 
 
 def line(block, values):
@@ -148,14 +143,14 @@ def test_a_steady_flow_that_fluctuates_is_seldom_called_unsteady():
 )
 def test_a_run_without_a_flow_is_an_error(results, error, words):
     with pytest.raises(error, match=words):
-        CASE.measure(Flow(), made(results.items()))
+        CASE.measure(Flow(), made(results))
 
 
 @pytest.mark.live
-def test_the_balances_hold_in_lammps_and_the_mean_speed_is_that_of_the_particles(engine):
+def test_the_balances_hold_in_lammps_and_the_mean_speed_is_that_of_the_particles(lammps):
     """Sums of slices beside the centre of mass, which LAMMPS computes by itself."""
-    bench = Bench(engine)
-    rows = run_checks(CASE.name, selected(CASE.name, CASE.checks(engine), "quick"), bench)
+    bench = Bench(lammps)
+    rows = run_checks(CASE.name, selected(CASE.name, CASE.checks(lammps), "quick"), bench)
     verdicts = {row.quantity: row.verdict for row in rows}
     assert {name for name, verdict in verdicts.items() if verdict is Verdict.PASS} == set(BALANCES)
     assert {verdicts[name] for name in ("inertial_number", "solid_fraction")} == {Verdict.RECORDED}
@@ -168,8 +163,8 @@ def test_the_balances_hold_in_lammps_and_the_mean_speed_is_that_of_the_particles
 
 
 @pytest.mark.live
-def test_on_a_gentle_slope_it_stops(engine):
+def test_on_a_gentle_slope_it_stops(lammps):
     p = SMALL.replace(layers=2, settle_time=30.0, flow_time=40.0, blocks=6, angle=2.0)
-    (output,) = engine.run([CASE.job(p)])
+    (output,) = lammps.run([CASE.job(p)])
     with pytest.raises(EngineUndecidedError, match="stopped at angle = 2"):
         CASE.measure(p, output)

@@ -5,19 +5,15 @@ import pandas as pd
 import pytest
 
 from harness.cases.bench import Bench
-from harness.cases.checks import run_checks, selected
+from harness.cases.checks import run_checks
 from harness.cases.tower import case as checks
 from harness.cases.tower.case import CASE
 from harness.cases.tower.impulse import angle_figure, impulse_angles
 from harness.engines.reference import Reference
 from harness.report.page import draw
 from harness.results.rows import Kind, Verdict
+from tests.cases.common import rows_of, verdicts
 from tests.cases.tower.standin import Euler, Standin
-
-
-def rows_of(engine, level="quick", only="*"):
-    chosen = selected("tower", CASE.checks(engine), level, only)
-    return run_checks("tower", chosen, Bench(engine))
 
 
 def failing(rows):
@@ -25,26 +21,37 @@ def failing(rows):
 
 
 def test_an_engine_with_the_script_passes_all():
-    rows = rows_of(Standin(), "default")
-    assert {row.verdict for row in rows} == {Verdict.PASS}
+    rows = rows_of(CASE, Standin(), "default")
+    assert verdicts(rows) == {Verdict.PASS}
     assert len(rows) == len({row.key for row in rows})
-    kinds = {row.kind for row in rows}
-    assert kinds == {Kind.ANALYTIC, Kind.CROSS_CODE}
+    assert {row.kind for row in rows} == {Kind.ANALYTIC, Kind.CROSS_CODE}
 
 
 def test_an_engine_of_scenes_runs_the_overlap_law_and_one_row_says_what_it_lacks():
-    rows = rows_of(Reference(), "default")
+    rows = rows_of(CASE, Reference(), "default")
     lacking = [row for row in rows if row.verdict is Verdict.NOT_TESTED]
     assert [row.setup for row in lacking] == ["deformable law, n = 1"]
     assert "template" in lacking[0].note
-    assert {row.verdict for row in rows} == {Verdict.PASS, Verdict.NOT_TESTED}
+    assert verdicts(rows) == {Verdict.PASS, Verdict.NOT_TESTED}
 
 
 def test_a_scheme_of_first_order_with_few_digits_is_held_to_what_they_resolve():
-    rows = rows_of(Euler(), only="tower/overlap law, n = [12]")
+    rows = rows_of(CASE, Euler(), only="tower/overlap law, n = [12]")
     assert failing(rows) == set()
     exact = next(row for row in rows if row.quantity == "impulse_Ns")
     assert exact.tolerance > checks.IMPULSE.width(exact.expected)
+
+
+@pytest.mark.live
+def test_both_laws_pass_in_lammps_with_the_numbers_of_the_readme(lammps):
+    rows = {(row.setup, row.quantity, row.check): row for row in rows_of(CASE, lammps)}
+    assert verdicts(rows.values()) == {Verdict.PASS}, rows
+    overlap, deformable = (
+        rows[f"{law} law, n = 2", "force_difference", ""].value for law in ("overlap", "deformable")
+    )
+    assert (overlap, deformable) == pytest.approx((5.2e-6, 4.8e-6), rel=0.01)
+    ratio = rows["overlap law, n = 2", "impulse_ratio", "turnaround"].value
+    assert ratio == pytest.approx(0.626299, abs=5e-7)
 
 
 def late(table):
@@ -94,7 +101,7 @@ FAULTS = {
 def test_planted_faults(fault, law):
     planted, rows = FAULTS[fault]
     setup = f"{law} law, n = 2"
-    found = failing(rows_of(Standin(**planted), only=f"tower/{setup}"))
+    found = failing(rows_of(CASE, Standin(**planted), only=f"tower/{setup}"))
     assert {(setup, *row) for row in rows} <= found
 
 
@@ -118,7 +125,7 @@ TABLES = {
 
 @pytest.mark.parametrize("fault", TABLES)
 def test_a_bad_output_fails_every_row(fault):
-    rows = rows_of(Standin(change_table=TABLES[fault]), only="tower/overlap law, n = 2")
+    rows = rows_of(CASE, Standin(change_table=TABLES[fault]), only="tower/overlap law, n = 2")
     failed = [row for row in rows if row.verdict is Verdict.FAIL]
     assert len(failed) >= len(rows) - ("swapped" in fault)
 

@@ -4,6 +4,6 @@ from harness.engines.lammps.engine import Lammps
 
 
 @pytest.fixture(scope="module")
-def lammps():
-    with Lammps() as engine:
+def lammps(lammps_here):  # noqa: ARG001
+    with Lammps(workers=1) as engine:
         yield engine
