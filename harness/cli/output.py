@@ -43,14 +43,13 @@ def show(record: Record, as_json: bool, text: Record | None = None, most: int = 
         print(json.dumps(_plain(record), indent=2))
         return int(record.get("status", 0))
     for name, value in (record if text is None else text).items():
-        title = name
         if rows := _table_rows(value):
-            print(f"\n{title}")
+            print(f"\n{name}")
             _print_table(rows[:most])
         texts = [] if rows else _texts(value)
         for line in texts[:most]:
             width = min(shutil.get_terminal_size().columns, WIDEST)
-            print(textwrap.fill(one_line(f"{title}: {line}"), width, subsequent_indent="  ",
+            print(textwrap.fill(one_line(f"{name}: {line}"), width, subsequent_indent="  ",
                                 break_on_hyphens=False))  # fmt: skip
         if (more := max(len(rows), len(texts)) - most) > 0:
             print(f"... {more} more: --json has all")

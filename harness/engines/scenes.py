@@ -249,10 +249,8 @@ def _omitted_pairs(scene: Scene) -> list[tuple[int, int]]:
     """Return the pairs of which one is free that ``pairs`` leaves out."""
     if scene.pairs is None:
         return []
-    named, free = (
-        {frozenset(pair) for pair in scene.pairs},
-        [b.motion == "free" for b in scene.bodies],
-    )
+    named = {frozenset(pair) for pair in scene.pairs}
+    free = [body.motion == "free" for body in scene.bodies]
     every = combinations(range(len(free)), 2)
     return [(i, j) for i, j in every if (free[i] or free[j]) and {i, j} not in named]
 

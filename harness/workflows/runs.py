@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from harness import __version__
 from harness.cases.base import Case, Value
-from harness.cases.bench import Bench
+from harness.cases.bench import Bench, output_of
 from harness.cases.registry import get_case
-from harness.engines.base import PARTICLES, Engine, Output, Traits, job_seconds
-from harness.engines.output import Provenance, motion_tables
+from harness.engines.base import PARTICLES, Engine, Traits, job_seconds
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
@@ -305,8 +304,7 @@ def limits_of(
 
     def quantities(steps: int) -> Mapping[str, float]:
         finer = refined(scene, steps // first)
-        tables = motion_tables(reference.run(finer, rules), scene)  # at the times of its samples
-        output = Output((), Provenance("reference", ""), tables, title="the reference")
+        output = output_of(reference.run(finer, rules), scene)  # at the times of its samples
         values = case.measure(parameters, output)
         return {name: values[name] for name in names if name in values}
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from harness.cases.bench import Bench
+from harness.cases.checks import equal_steps_checks, run_checks
 from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
 from harness.errors import EngineLostAtomsError, Unsupported
 from harness.model.conventions import Rules
@@ -112,6 +113,15 @@ def test_a_code_with_few_digits_is_held_to_what_they_resolve(name):
     assert Verdict.FAIL in verdicts(silent)
     slower = FewDigits(scaled("step", 0.999), single, declared=Rules())
     assert Verdict.FAIL in verdicts(rows_of(case_named(name), slower))
+
+
+def test_a_plug_in_case_is_held_to_what_few_digits_resolve():
+    case, engine = case_named("curved-wall"), FewDigits(declared=Rules())
+    setups = {trial.setup: trial.parameters for trial in one_of_each(case)}
+    rows = run_checks(case.name, [*equal_steps_checks(case, engine, setups)], Bench(engine))
+    judged = {row.verdict for row in rows} - {Verdict.NOT_TESTED}
+    assert judged == {Verdict.PASS}
+    assert all("7 digits" in row.reason for row in rows if row.verdict is Verdict.PASS)
 
 
 def test_a_run_that_dies_fails_its_own_rows_and_others_go_on():
