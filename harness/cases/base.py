@@ -108,6 +108,11 @@ class Check:
     jobs: Sequence[Job] = ()
     note: str = ""
 
+    def __post_init__(self) -> None:
+        if self.level not in LEVELS or not all(isinstance(job, Job) for job in self.jobs):
+            must = f"level must be one of {', '.join(LEVELS)}, jobs a list of Job"
+            raise ValueError(f"a check has level {self.level!r}, jobs {self.jobs!r:.40}: {must}")
+
 
 class Case(ABC, Generic[P]):
     """One system: parameters to a job, an output to quantities, and what is expected of them."""

@@ -147,19 +147,23 @@ def row_in(bench: Bench, check: Check, blank: Row) -> Row:
         value = Value.of(check.measure(bench))
         expected = check.expected(bench) if callable(check.expected) else check.expected
         tolerance = check.tolerance(bench) if callable(check.tolerance) else check.tolerance
-    except (Unsupported, EngineMissingError, EngineUndecidedError) as error:
-        return not_tested(blank, str(error))
-    except EngineError as error:
-        return failed_run(blank, error)
-    except CaseError as error:
-        return failed(blank, Failure.HARNESS, str(error))
     except Exception as error:  # a case of a plug-in may raise anything
-        return failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")
+        return error_row(blank, error)
     note = joined(check.note, value.note)
     row = replace(
         blank, value=value.value, uncertainty=value.uncertainty, expected=expected, note=note
     )
     return judge(row, tolerance, failure=value.failure)
+
+
+def error_row(blank: Row, error: Exception) -> Row:
+    """Return the row of an error: not tested, a run that failed, or an error of the harness."""
+    if isinstance(error, Unsupported | EngineMissingError | EngineUndecidedError):
+        return not_tested(blank, str(error))
+    if isinstance(error, EngineError):
+        return failed_run(blank, error)
+    text = str(error) if isinstance(error, CaseError) else f"{type(error).__name__}: {error}"
+    return failed(blank, Failure.HARNESS, text)
 
 
 def failed_run(blank: Row, error: EngineError, text: str = "") -> Row:

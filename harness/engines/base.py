@@ -349,7 +349,9 @@ class Engine(ABC):
 
 HARNESS = "harness"
 GUARDED: Mapping[str, type] = {"identify": Provenance, "fingerprint": object, "refuses": str,
-                               "rules": object, "motions": list, "run": list}  # fmt: skip
+                               "rules": object, "motions": list, "run": list, "logs": dict,
+                               "script_text": str, "script_digest": str,
+                               "close": object}  # fmt: skip
 
 
 class ContractError(EngineOutputError):

@@ -26,7 +26,7 @@ from typing import Any
 from harness import __version__
 from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
-from harness.cases.checks import failed_run, run_checks, selected
+from harness.cases.checks import error_row, failed_run, run_checks, selected
 from harness.cases.registry import (
     ALL,
     QUALIFYING,
@@ -248,7 +248,7 @@ class Session:
         for case in self.cases if self.only == "*" else ():
             try:
                 sections += returned(case, "sections", self.benches)
-            except (CaseError, EngineError, Unsupported) as error:
+            except HarnessError as error:
                 text = f"The sections of this case could not be made: {error}."
                 sections.append(Section(case.name, text))
         return sections
@@ -266,17 +266,18 @@ class Session:
 
     def logs(self) -> dict[str, str]:
         """Return the log of one finished run of each script, by engine and script."""
-        logs = [(e.name, script, text) for e in self.engines for script, text in e.logs().items()]
-        return {f"{name}/{script}.log": text for name, script, text in logs}
+        texts: dict[str, str] = {}
+        for engine in self.engines:
+            with suppress(EngineError):  # of an engine of another package
+                texts |= {f"{engine.name}/{name}.log": text for name, text in engine.logs().items()}
+        return texts
 
     def _plan(self, engine: str, case: Case[Any], call: str, *arguments: Any) -> None:
         blank = self._blank(engine, case.name)
         try:
             checks = returned(case, call, *arguments)
-        except Unsupported as reason:
-            self._add(not_tested(blank, str(reason)))
-        except (CaseError, EngineError) as error:
-            self._add(failed(blank, Failure.HARNESS, str(error)))
+        except HarnessError as error:
+            self._add(error_row(blank, error))
         else:
             self.checks[engine, case.name] = selected(case.name, checks, self.level, self.only)
             if not checks and engine != OWN and self.only == "*":
@@ -289,8 +290,8 @@ class Session:
                 for engine, check in returned(case, "comparisons", self.engines):
                     checks = self.comparisons.setdefault((engine.name, case.name), [])
                     checks += selected(case.name, [check], self.level, self.only)
-            except (CaseError, EngineError, Unsupported) as error:
-                self._add(failed(self._blank(OWN, case.name), Failure.HARNESS, str(error)))
+            except Exception as error:  # a case of another package may return anything
+                self._add(error_row(self._blank(OWN, case.name), error))
 
     def _qualify(self, engine: Engine) -> list[str]:
         """Run the cases that an engine must pass; keep rows that were requested or failed."""
@@ -298,10 +299,13 @@ class Session:
         for case in map(get_case, QUALIFYING):
             key = engine.name, case.name
             requested = self.checks.get(key, [])
-            self.checks[key] = requested or qualifying(case, engine)
-            rows = self._rows(*key, self.checks[key])
+            try:
+                self.checks[key] = requested or qualifying(case, engine)
+                rows = self._rows(*key, self.checks[key])
+            except HarnessError as error:
+                rows = [error_row(self._blank(*key), error)]
             failures = [row for row in rows if row.verdict is Verdict.FAIL]
-            self.rows[key] = rows if requested else failures
+            self.rows[key] = rows if requested or not self.checks.get(key) else failures
             wrong += [row.name for row in failures]
         return wrong
 
@@ -323,12 +327,8 @@ class Session:
         defects = None if engine == OWN else self.defects
         try:
             return run_checks(case, checks, self.benches[engine], version=version, defects=defects)
-        except EngineMissingError as error:
-            return [not_tested(blank, str(error))]
-        except EngineError as error:
-            return [failed_run(blank, error)]
         except Exception as error:  # a case of another package may raise anything
-            return [failed(blank, Failure.HARNESS, f"{type(error).__name__}: {error}")]
+            return [error_row(blank, error)]
 
     def _blank(self, engine: str, case: str) -> Row:
         version = self.versions.get(engine, "")
@@ -374,7 +374,7 @@ def qualification(engine: Engine) -> str:
     for name in QUALIFYING:
         try:
             rows = run_checks(name, qualifying(get_case(name), engine), bench)
-        except EngineError as error:
+        except HarnessError as error:
             return str(error)
         wrong += [f"{row.name}: {row.note}" for row in rows if row.verdict is Verdict.FAIL]
     return "; ".join(wrong)

@@ -92,12 +92,14 @@ def test_errors_and_refusals_of_an_engine_pass_as_they_are():
     ("name", "method", "words"),
     [
         *((name, lambda *_: {}["x"], "KeyError: 'x'")
-          for name in ("identify", "fingerprint", "refuses", "rules")),
+          for name in ("identify", "fingerprint", "refuses", "rules", "logs", "close",
+                       "script_text", "script_digest")),
         ("identify", lambda *_: "1.0", "TypeError: str in place of Provenance"),
         ("refuses", lambda *_: None, "TypeError: NoneType in place of str"),
     ],
 )  # fmt: skip
 def test_a_method_that_raises_or_returns_another_type_is_named(name, method, words):
-    arguments = {"refuses": [JOB], "rules": [JOB.scene]}.get(name, [])
+    of_job = ("refuses", "script_text", "script_digest")
+    arguments = [JOB.scene] if name == "rules" else [JOB] * (name in of_job)
     with pytest.raises(EngineError, match=f"^{LABEL}{name} raised {words}"):
         getattr(plugin(**{name: method}), name)(*arguments)

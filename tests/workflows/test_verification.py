@@ -5,7 +5,7 @@ import pytest
 from harness.cases.base import Check
 from harness.cases.checks import run_checks
 from harness.engines.registry import open_engine
-from harness.errors import RequestError
+from harness.errors import EngineCrashError, RequestError, Unsupported
 from harness.results.rows import Tolerance
 from harness.workflows import verify
 from tests.workflows import doubles
@@ -109,6 +109,31 @@ def test_an_engine_that_does_not_qualify_is_tested_no_further():
     assert set(verified("good", cases="bounce2").rows["case"]) == {"bounce2"}  # no reason, no rows
 
 
+@pytest.mark.usefixtures("other")
+@pytest.mark.parametrize(
+    ("error", "verdict", "text"),
+    [
+        (Unsupported("it has no springs"), "not tested", "it has no springs"),
+        (EngineCrashError("died"), "fail", "crashed: died"),
+        (ZeroDivisionError("planted"), "fail", "checks raised ZeroDivisionError: planted"),
+    ],
+)
+def test_a_qualification_whose_checks_cannot_be_listed_is_a_row(monkeypatch, error, verdict, text):
+    checks = doubles.BounceCase.checks
+
+    def raising(case, engine):
+        if (case.name, engine.name) == ("bounce", "off"):
+            raise error
+        return checks(case, engine)
+
+    monkeypatch.setattr(doubles.BounceCase, "checks", raising)
+    run = verified("off,good", cases="bounce2")
+    (row,) = records(run, case="bounce", engine="off")
+    assert row["verdict"] == verdict
+    assert text in row["note"]
+    assert "pass" in verdicts(run, engine="good")  # the rest goes on
+
+
 @pytest.mark.parametrize(
     ("only", "setups"),
     [("bounce/400 steps", {"400 steps"}), ("*restitution", {"200 steps", "400 steps"})],
@@ -127,6 +152,23 @@ def test_a_case_that_raises_or_returns_a_wrong_type_is_one_row(monkeypatch, mode
     assert (row["verdict"], row["failure"]) == ("fail", "harness error")
     for part in ("package 'tests'", "case 'wrong'", f"checks {found}", "must return a list of"):
         assert part in row["note"]
+
+
+@pytest.mark.parametrize("more", [{"level": "slow"}, {"jobs": doubles.CASE.job(doubles.Bounce())}])
+def test_a_check_of_no_level_or_with_a_bare_job_is_one_row(monkeypatch, more):
+    def checks(*_):
+        return [Check(setup="s", quantity="q", unit="1", measure=lambda _: 1.0, **more)]
+
+    monkeypatch.setattr(doubles.Wrong, "checks", checks)
+    (row,) = records(verified(cases="wrong"), case="wrong", engine="good")
+    assert "case 'wrong': checks raised" in row["note"]
+
+
+def test_texts_that_an_engine_cannot_give_cost_no_rows():
+    texts = dict.fromkeys(("logs", "script_text"), lambda *_: 1 / 0)
+    run = verify("quick", open_engine=lambda _: type("Textless", (doubles.Good,), texts)())
+    assert verdicts(run, engine="good") == ["pass"]
+    assert (run.scripts, run.logs) == ({}, {})
 
 
 def test_two_checks_of_one_key_are_a_harness_error(monkeypatch):
@@ -160,11 +202,19 @@ def test_checks_and_comparisons_that_raise_are_a_row_each(monkeypatch):
     assert sorted(rows["engine"]) == ["good", "harness", "lammps", "lammps"]
 
 
-def test_a_case_whose_comparisons_raise_keeps_its_checks(monkeypatch):
-    monkeypatch.setattr(doubles.BounceCase, "comparisons", lambda *_: 1 / 0)
+@pytest.mark.parametrize(
+    ("comparisons", "note"),
+    [
+        (lambda *_: 1 / 0, "comparisons raised ZeroDivisionError"),
+        (lambda *_: [("good",)], "ValueError: not enough values to unpack"),
+        (lambda *_: [("good", None)], "AttributeError: 'str' object has no attribute 'name'"),
+    ],
+)
+def test_a_case_whose_comparisons_raise_keeps_its_checks(monkeypatch, comparisons, note):
+    monkeypatch.setattr(doubles.BounceCase, "comparisons", comparisons)
     failed, own = records(verified(), engine="harness")
     assert (failed["verdict"], own["verdict"]) == ("fail", "pass")
-    assert "comparisons raised ZeroDivisionError" in failed["note"]
+    assert note in failed["note"]
 
 
 def test_an_unknown_level_is_refused():
