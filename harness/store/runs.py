@@ -33,7 +33,7 @@ import pandas as pd
 from harness.errors import RequestError
 from harness.files import check_folder, safe_path, whole_folder
 from harness.model.base import Parameters
-from harness.results.compare import Mask, compare, counts, counts_of_changes, regressions
+from harness.results.compare import Change, Mask, compare, counts, counts_of_changes, regressions
 from harness.results.rows import (
     COLUMNS,
     ENGINE_FAILURES,
@@ -180,9 +180,14 @@ class Run:
         return "; ".join(parts)
 
     def against(self, accepted: pd.DataFrame) -> Run:
-        """Return the run with its changes against accepted rows."""
+        """Return the run with its changes from accepted rows."""
+        return replace(self, changes=self.changes_from_accepted(accepted))
+
+    def changes_from_accepted(self, accepted: pd.DataFrame) -> pd.DataFrame:
+        """Return what changed from accepted rows; those that were not requested are no change."""
         changes = compare(accepted, self.rows, covers_after=self.meta.covers)
-        return replace(self, changes=changes)
+        is_here = changes["verdict_after"].notna()
+        return changes[is_here | (changes["change"] != Change.NOT_COMPARABLE)]
 
     def changes_from(self, before: Run) -> pd.DataFrame:
         """Return what changed from another run to this one."""

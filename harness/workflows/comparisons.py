@@ -133,7 +133,7 @@ def accept(run: str | Path | Run, folder: Path | None = None) -> Comparison:
     """
     (new,) = _runs_by_name([run]).values()
     before = accepted_rows(new.meta.engines, folder)
-    changes = compare(before, new.rows, covers_after=new.meta.covers)
+    changes = new.changes_from_accepted(before)
     files, counts = [str(file) for file in accept_rows(new, folder)], counts_of_changes(changes)
     facts = {"folder": str(folder or committed(ACCEPTED)), "files": files, "counts": counts}
     lines = {
@@ -196,7 +196,7 @@ def _runs_by_name(runs: Sequence[str | Path | Run]) -> dict[str, Run]:
 def _changes_from_accepted(run: Run, folder: Path) -> pd.DataFrame:
     if not any((folder / engine).is_dir() for engine in run.meta.engines):
         raise RequestError(f"diff: {folder} has no accepted run of {', '.join(run.meta.engines)}")
-    return compare(accepted_rows(run.meta.engines, folder), run.rows, covers_after=run.meta.covers)
+    return run.changes_from_accepted(accepted_rows(run.meta.engines, folder))
 
 
 def _facts(meta: Meta) -> dict[str, str]:

@@ -47,6 +47,14 @@ def test_a_run_is_read_as_it_was_written(tmp_path):
         "rows.csv", "run.json", "junit.xml", "logs", "scripts", "report.md", "figures"}  # fmt: skip
 
 
+def test_accepted_rows_that_were_not_requested_are_no_change():
+    run = Run(rows(("steady", None), ("angle", None)), META)  # steady is of level full
+    changes = run.against(rows()).changes.set_index("quantity")["change"]
+    assert changes["angle"] == Change.WORSE
+    assert set(changes.drop("angle")) == {Change.SAME}
+    assert "steady" in set(run.changes_from(Run(rows(), META))["quantity"])  # of two runs
+
+
 @pytest.mark.parametrize("name", ["../../in", "/etc/in", ".hidden"])
 def test_no_name_of_a_script_leaves_the_folder(tmp_path, name):
     write_run(Run(rows(), META, scripts={name: "x"}), tmp_path / "a" / "run")
