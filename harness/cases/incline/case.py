@@ -100,11 +100,7 @@ class OverRowCase(Case[R]):
         self, names: Sequence[str], parameters: R, bench: Bench, **options: Any
     ) -> Mapping[str, Value]:
         """Search for the critical angle, as :meth:`critical_angle` does."""
-        try:
-            angle = self.critical_angle(parameters, bench, **options)
-        except RequestError as error:
-            text = str(error).replace("use method 'steady'", "use --set method=steady")
-            raise RequestError(text.replace("method = 'passage'", "--set method=passage")) from None
+        angle = self.critical_angle(parameters, bench, **options)
         values = {"critical_angle_deg": angle.value, "uncertainty_deg": angle.uncertainty,
                   "monotone": float(angle.monotone), "runs": float(len(angle.runs))}  # fmt: skip
         errors = {"critical_angle_deg": angle.uncertainty}

@@ -274,8 +274,8 @@ def check_passage(case: OverRow) -> None:
 def refuse_passage(contact: Contact, reason: str) -> NoReturn:
     """Raise RequestError for a contact that a passage cannot measure."""
     raise RequestError(
-        "method = 'passage' needs a contact that ends the rebounds within one well, "
-        f"{reason}: use method 'steady'; {_one_shock_text(contact)}"
+        "method=passage needs a contact that ends the rebounds within one well, "
+        f"{reason}: use method=steady; {_one_shock_text(contact)}"
     )
 
 

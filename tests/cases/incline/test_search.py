@@ -101,7 +101,7 @@ def test_a_margin_that_jumps_is_bracketed_where_a_secant_runs_off():
 
 
 def test_a_grain_in_flight_is_refused_with_the_other_method_named():
-    with pytest.raises(RequestError, match=r"'passage' needs .* in flight .*use method 'steady'"):
+    with pytest.raises(RequestError, match=r"=passage needs .* in flight .*use method=steady"):
         by_passage(EnergyMap(touching=False), Incline())
 
 
@@ -255,7 +255,7 @@ def test_a_rebounding_contact_is_refused_before_any_run(measure):
             raise AssertionError("it was run")
 
     case = Incline(contact=Contact(restitution=0.5))
-    with pytest.raises(RequestError, match=r"use method 'steady'; at e = 0.5 .* 6.25\d deg .* 15"):
+    with pytest.raises(RequestError, match=r"use method=steady; at e = 0.5 .* 6.25\d deg .* 15"):
         measure(case, engine=Counting())
 
 
@@ -266,7 +266,7 @@ def test_the_search_of_the_case():
         found = CASE.search(["critical_angle_deg", "runs"], case, bench, starts=2)
         coarse = {"method": "steady", "tolerance": 0.1}
         steady = CASE.search(["critical_angle_deg"], case.replace(wells=3), bench, **coarse)
-        with pytest.raises(RequestError, match="use --set method=steady"):
+        with pytest.raises(RequestError, match="use method=steady"):
             CASE.search(["runs"], Incline(contact=Contact(restitution=0.5)), bench)
     assert set(found) == {"critical_angle_deg", "runs"}
     assert 0.0 < found["critical_angle_deg"].uncertainty < steady["critical_angle_deg"].uncertainty
