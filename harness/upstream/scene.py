@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import accumulate, combinations_with_replacement, pairwise
 from typing import Any
 
@@ -20,7 +21,8 @@ from harness.engines.lammps.words import DAMPINGS
 from harness.errors import RequestError
 from harness.model.conventions import Rules
 from harness.model.law import SUBMODELS, Law
-from harness.model.scene import Body, Floats, Scene, Segment, Wall
+from harness.model.scene import Body, Floats, Motion, Scene, Segment, Wall
+from harness.solvers import reference
 
 State = Mapping[str, Floats]  # columns of a dump, and "period" of the box [length], NaN without
 Words = Sequence[str]
@@ -33,6 +35,7 @@ RECORDED = {"run_pos": ("x", "y", "z"), "run_vel": ("vx", "vy", "vz"),
 # recorded tables, and the columns of a dump with the same quantity
 COLUMNS = ("id", "type", *(name for names in RECORDED.values() for name in names), "fx", "fy",
            "fz", "radius", "mass")  # fmt: skip
+MOST_SAMPLES = 100_000  # of spheres in a course
 MEMBER = "dem_harness_member_"  # column that is 1 for the atoms of a group
 
 
@@ -94,6 +97,12 @@ class Reading:
     ends: tuple[int, ...]
     skin: float
     list_steps: int
+
+    @cached_property
+    def course(self) -> Motion:
+        """The motion of the reference between the ends of segments, too, where it may rest."""
+        every = max(1, self.scene.steps * len(self.scene.bodies) // MOST_SAMPLES)
+        return reference.run(self.scene.model_copy(update={"every": every}), self.rules)
 
 
 def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> Reading:

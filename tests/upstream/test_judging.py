@@ -180,6 +180,39 @@ def test_a_coefficient_off_by_1e_6_fails(coefficient, lmp, monkeypatch):
     assert outcome(askew(), lmp)[1].verdict == "fail"
 
 
+# ---- honest runs at the limits of round-off
+
+LAW = "hooke 1e6 {damping} damping velocity tangential linear_history 3e5 1 0.5 rolling sds 1e6 1 1"
+
+
+def on_a_slope(height, damping):
+    """Return a sphere of 1 cm that starts at a height [m] over a plane, tilted by 10 deg."""
+    law = LAW.format(damping=damping)
+    return askew(
+        f"fix floor lower wall/gran granular {law} zplane 0 NULL",
+        f"fix fall lower gravity 9.81 vector {np.sin(np.pi / 18)} 0 {-np.cos(np.pi / 18)}",
+        create_box=["create_box 1 box"], pair_coeff=[f"pair_coeff * * {law}"],
+        create_atoms=[f"create_atoms 1 single 0 0 {height!r} units box"],
+        set=["set group all diameter 0.02 density 2500"], group=["group lower type 1"],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("height", [0.01, 0.01 - 1.0117e-7, 0.012])
+def test_a_sphere_that_comes_to_rest_passes(height, lmp):
+    """Its speed at the end is noise: the scale is the speed of the run."""
+    _, motion = outcome(named(on_a_slope(height, 80.0), segments=(40_000,)), lmp)
+    assert motion.verdict == "pass", motion
+
+
+def test_a_motion_that_passes_round_off_on_is_undecided(lmp, monkeypatch):
+    test = named(on_a_slope(0.0105, 0.2), segments=(200_000,))
+    _, motion = outcome(test, lmp)
+    assert motion.verdict == "not tested", motion
+    assert "undecided: off by " in motion.note
+    monkeypatch.setattr(judging, "NUDGE", 0.0)
+    assert outcome(test, lmp)[1].verdict == "fail"
+
+
 # ---- runs that go wrong
 
 
