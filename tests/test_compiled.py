@@ -3,14 +3,16 @@
 import errno
 import os
 import pickle
-import subprocess
 import sys
-from pathlib import Path
+from importlib import import_module
 
+import numba
+import pytest
+
+from harness import compiled
 from harness.compiled import jit
 from harness.files import VARIABLE
 
-PROJECT = Path(__file__).parents[1]
 KERNEL = """
 from harness.compiled import jit
 
@@ -19,36 +21,49 @@ def twice(x):
 
 twice = jit(twice)
 assert twice(2.0) == 4.0
-import numba
-print(repr(numba.config.CACHE_DIR))
 """
 
 
-def run_python(source, folder, home, numba_cache=""):
-    """Run Python in a folder and return the process; files it makes others may write."""
-    environment = {**os.environ, "PYTHONPATH": str(PROJECT), VARIABLE: str(home)}
-    environment["NUMBA_CACHE_DIR"] = str(numba_cache)
-    command = [sys.executable, "-B", "-c", source]
-    return subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=True,
-        umask=0o002,
-    )  # fmt: skip
+@pytest.fixture
+def load(monkeypatch, tmp_path):
+    """Return a function that imports modules of a folder as a new process of a user would."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.syspath_prepend(tmp_path)
+    umask = os.umask(0o002)  # what is made, others may write
+
+    def anew(*names, home="home", chosen=""):
+        monkeypatch.setenv(VARIABLE, str(tmp_path / home))
+        monkeypatch.setenv("NUMBA_CACHE_DIR", chosen)  # numba reads it again where it has changed
+        monkeypatch.setattr("numba.config.CACHE_DIR", chosen)
+        forget()
+        return [import_module(name) for name in names]
+
+    def forget():
+        for known in (compiled._stamp, compiled._is_private, compiled._note):
+            known.cache_clear()
+        for path in tmp_path.rglob("*.py"):
+            sys.modules.pop(path.stem, None)
+
+    yield anew
+    forget()
+    os.umask(umask)
 
 
-def test_a_kernel_is_kept_where_the_user_says(tmp_path):
+def test_a_kernel_is_kept_where_the_user_says(load, tmp_path):
     (tmp_path / "kernel.py").write_text(KERNEL)
-    run = run_python("import kernel", tmp_path, tmp_path / "home", tmp_path / "mine")
+    load("kernel", chosen=str(tmp_path / "mine"))
     kept = [path for path in tmp_path.rglob("*") if path.suffix in (".nbi", ".nbc")]
     assert len(kept) == 2
     assert all(path.is_relative_to(tmp_path / "mine") for path in kept)
     # other users of numba in the same process keep their own place
-    assert run.stdout.strip() == repr(str(tmp_path / "mine"))
+    assert str(tmp_path / "mine") == numba.config.CACHE_DIR
 
 
-def test_a_place_into_which_the_user_may_not_look_costs_no_run(tmp_path):
+def test_a_place_into_which_the_user_may_not_look_costs_no_run(load, tmp_path, capsys):
     """Root may look into all folders; a name that is too long fails in the same way."""
     (tmp_path / "kernel.py").write_text(KERNEL)
-    assert "error" not in run_python("import kernel", tmp_path, tmp_path / ("x" * 300)).stderr
+    load("kernel", home="x" * 300)
+    assert "error" not in capsys.readouterr().err
 
 
 def test_a_full_disk_costs_a_line_and_no_run(monkeypatch, capsys, tmp_path):
@@ -71,17 +86,16 @@ from part import part
 @jit
 def whole(x):
     return part(x) + 0.5
-
-print(whole(1.0))
 """
 
 
-def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(tmp_path):
+def test_a_kernel_is_compiled_again_when_one_that_it_calls_has_changed(load, tmp_path):
     (tmp_path / "caller.py").write_text(CALLER)
     values = []
     for factor in (2.0, 3.0):
         (tmp_path / "part.py").write_text(PART.format(factor=factor))
-        values.append(float(run_python("import caller", tmp_path, tmp_path / "home").stdout))
+        (caller,) = load("caller")
+        values.append(caller.whole(1.0))
     assert values == [2.5, 3.5]
 
 
@@ -103,16 +117,18 @@ def plant(folder, mark):
         path.write_bytes(pickle.dumps(Runs(mark)))
 
 
-def test_kernels_are_kept_for_this_user_alone_and_no_others_are_read(tmp_path):
+def test_kernels_are_kept_for_this_user_alone_and_no_others_are_read(
+    load, tmp_path, monkeypatch, capsys
+):
     """Whatever the umask; a pickle in the user's own folder is read, and so its mark is made."""
     for name in ("mine", "free", "linked"):  # of other stamps: in folders of their own
         (tmp_path / name).mkdir()
-        (tmp_path / name / f"{name}.py").write_text(f"# {name}{KERNEL}")
-    places = "import sys; sys.path += ['free', 'linked', 'mine']; import free, linked"
-    run_python(f"{places}, mine", tmp_path, tmp_path / "home")
+        (tmp_path / name / f"{name}_kernel.py").write_text(f"# {name}{KERNEL}")
+        monkeypatch.syspath_prepend(tmp_path / name)
+    load("free_kernel", "linked_kernel", "mine_kernel")
     (cache,) = tmp_path.glob("home/cache/numba")
     folders = {
-        next(iter(path.rglob("*.nbi"))).name.partition(".")[0]: path for path in cache.iterdir()
+        next(iter(path.rglob("*.nbi"))).name.partition("_")[0]: path for path in cache.iterdir()
     }
     for path in (*folders.values(), cache, cache.parent):
         assert path.stat().st_mode & 0o777 == 0o700
@@ -121,8 +137,8 @@ def test_kernels_are_kept_for_this_user_alone_and_no_others_are_read(tmp_path):
     folders["free"].chmod(0o775)
     folders["linked"].rename(tmp_path / "elsewhere")
     folders["linked"].symlink_to(tmp_path / "elsewhere")
-    again = f"{places}\ntry: import mine\nexcept Exception: pass"
-    said = run_python(again, tmp_path, tmp_path / "home").stderr
+    load("free_kernel", "linked_kernel", "mine_kernel")
+    said = capsys.readouterr().err
     notes = [line for line in said.splitlines() if line.startswith("dem-harness: kernels in")]
     assert [path.name for path in tmp_path.glob("mark of *")] == ["mark of mine"]
     ways = {"free": "others may write it (mode 775)", "linked": "it is a link"}
