@@ -1,16 +1,16 @@
 """LAMMPS as a library in workers: what happens to one costs its run alone, nothing is left."""
 
 import contextlib
-import os
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from harness.cases.drop import CASE, TEMPLATE, values_of
-from harness.engines.base import Job
+from harness.engines.base import SCENE, Job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.inprocess import InProcess, Worker
 from harness.engines.process import Limits
@@ -25,24 +25,20 @@ from harness.errors import (
 
 pytestmark = [pytest.mark.live, pytest.mark.usefixtures("lammps_here")]
 
-FAT = """
-region box block 0 400 0 400 0 400
-create_box 1 box
-lattice sc 1
-create_atoms 1 box
-"""
+BOX = "region box block 0 999 0 999 0 999\ncreate_box 1 box\nmass 1 1.0\n"
+FAT = f"""{BOX}create_atoms 1 single 1 1 1
+pair_style zero 1.0
+pair_coeff * *
+atom_modify sort 0 0
+neigh_modify binsize 1.0
+run 0"""
+ENDLESS = f"{BOX}run 2000000000"
 
 
-def task_of(text):
+def task_of(text, seconds=60.0):
     """Return a run of a script that ends well unless its text does not."""
     script = Script("test.in", text + '\nprint "RESULT verdict = moves_on"\n', frozenset())
-    return Task(Job(TEMPLATE, {}), script, {})
-
-
-def drop(**changes):
-    """Return a run of a drop."""
-    values = {**values_of(CASE.default), "series_every": 1000, **changes}
-    return Task(Job(TEMPLATE, values), Lammps.script(TEMPLATE), values)
+    return Task(Job(SCENE, {}, seconds=seconds), script, {})
 
 
 def run(runner, *tasks):
@@ -50,35 +46,29 @@ def run(runner, *tasks):
     return runner.run(tasks, lambda *finished: finished[1])
 
 
-GOOD = drop()
-ENDLESS = drop(steps=2_000_000_000, series_every=1_000_000_000)
-
-
-FAULTS = {  # a run, the limits, its error and words of it
-    "SEGV": (task_of("shell 'kill -SEGV $PPID'"), {}, EngineCrashError, "SIGSEGV"),
-    "KILL": (task_of("shell 'kill -KILL $PPID'"), {}, EngineMemoryError, "SIGKILL"),
-    "hang": (ENDLESS, {"seconds": 1.0}, EngineTimeoutError, "within 1 s"),
-    "memory": (task_of(FAT), {"memory": 2 * 1024**3}, EngineMemoryError, "allocate"),
-    "refused": (task_of("units furlongs"), {}, EngineInputError, "units"),
+GOOD = task_of("print hello")
+FAULTS = {  # a run, its error and words of it
+    "SEGV": (task_of("shell 'kill -SEGV $PPID'"), EngineCrashError, "SIGSEGV"),
+    "KILL": (task_of("shell 'kill -KILL $PPID'"), EngineMemoryError, "SIGKILL"),
+    "hang": (task_of(ENDLESS, seconds=0.0), EngineTimeoutError, "within 0.3 s"),
+    "memory": (task_of(FAT), EngineMemoryError, "allocate"),
+    "refused": (task_of("units furlongs"), EngineInputError, "units"),
 }
 
 
 @pytest.fixture
 def runner():
-    with contextlib.ExitStack() as stack:
-        yield lambda workers=1, **limits: stack.enter_context(
-            contextlib.closing(InProcess(workers, Limits(**limits)))
-        )
+    with contextlib.closing(InProcess(1, Limits(seconds=0.3, memory=1024**3))) as one:
+        yield one
 
 
-@pytest.mark.parametrize("name", FAULTS)
-def test_a_run_that_fails_is_named_and_costs_only_itself(runner, name):
-    task, limits, error, words = FAULTS[name]
-    before, failed, after = run(runner(**limits), GOOD, task, GOOD)
-    assert type(failed) is error
-    assert words in str(failed)
-    assert isinstance(before, str)
-    assert isinstance(after, str)
+def test_a_run_that_fails_is_named_and_costs_only_itself(runner):
+    tasks = [task for failing, _, _ in FAULTS.values() for task in (failing, GOOD)]
+    ends = run(runner, *tasks)
+    for (_, error, words), failed in zip(FAULTS.values(), ends[::2], strict=True):
+        assert type(failed) is error
+        assert words in str(failed)
+    assert all("hello" in good for good in ends[1::2])
 
 
 def test_a_bad_output_has_its_log_and_does_not_end_the_process(tmp_path):
@@ -100,10 +90,15 @@ def test_a_process_starts_without_pydantic():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+def drop(**changes):
+    """Return a run of a drop."""
+    values = {**values_of(CASE.default), "series_every": 1000, **changes}
+    return Task(Job(TEMPLATE, values, seconds=60.0), Lammps.script(TEMPLATE), values)
+
+
 def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
-    steep = drop(stiffness=4e6)
     other = task_of("variable gravity equal 3\nvariable mine index 7")
-    ends = run(runner(), GOOD, steep, other, GOOD)
+    ends = run(runner, drop(), drop(stiffness=4e6), other, drop())
     plain, changed, _, again = (
         [line for line in end.splitlines() if line.startswith("RESULT")] for end in ends
     )
@@ -112,47 +107,57 @@ def test_runs_do_not_see_the_variables_of_earlier_ones(runner):
     assert len(changed) == len(plain)
 
 
-OWNER = """
-import sys, threading, time
+OWNER = f"""
+from harness.engines.base import SCENE, Job
 from harness.engines.lammps.inprocess import InProcess
 from harness.engines.process import Limits
-from tests.engines.lammps.test_inprocess import ENDLESS, GOOD, run
-runner = InProcess(2, Limits())
-run(runner, GOOD, GOOD)
-threading.Thread(target=run, args=(runner, ENDLESS, ENDLESS), daemon=True).start()
-time.sleep(0.5)
-print("at work", flush=True)
-if sys.stdin.read() == "close":
-    runner.close()
+from harness.engines.scripts import Script, Task
+task = Task(Job(SCENE, {{}}), Script("test.in", {ENDLESS!r}, frozenset()), {{}})
+InProcess(2, Limits()).run([task, task], print)
 """
 
 
-@pytest.mark.parametrize("way", ["kill", "close"])
-def test_workers_and_their_files_end_with_the_harness(tmp_path, way):
-    owner = subprocess.Popen(
-        [sys.executable, "-c", OWNER],
-        cwd=Path(__file__).parents[3],
-        env={**os.environ, "TMPDIR": str(tmp_path)},
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-    )
-    assert owner.stdout.readline() == b"at work\n"
-    assert len(working_below(tmp_path)) == 2
-    if way == "kill":
-        owner.kill()
-    owner.communicate(b"close")
-    deadline = time.monotonic() + 120
-    while time.monotonic() < deadline and (any(tmp_path.iterdir()) or working_below(tmp_path)):
-        time.sleep(0.1)
-    assert list(tmp_path.iterdir()) == []
-    assert working_below(tmp_path) == []
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Return the folder of temporary files, also of processes that the test starts."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    return tmp_path
 
 
-def test_a_closed_runner_starts_nothing():
-    runner = InProcess(1, Limits())
-    runner.close()
-    (error,) = run(runner, GOOD)
-    assert str(error) == "LAMMPS (in-process) was closed"
+def wait_until(holds):
+    """Wait until something holds, and return whether it does."""
+    end = time.monotonic() + 120
+    while not holds() and time.monotonic() < end:
+        time.sleep(0.05)
+    return holds()
+
+
+def at_work(folder):
+    return len([*folder.glob("*/*/log")]) == len(working_below(folder)) == 2
+
+
+def nothing_is_left(folder):
+    return not any(folder.iterdir()) and not working_below(folder)
+
+
+def test_workers_and_their_files_end_with_a_harness_that_is_killed(folder):
+    owner = subprocess.Popen([sys.executable, "-c", OWNER])
+    assert wait_until(lambda: at_work(folder))
+    owner.kill()
+    owner.wait()
+    assert wait_until(lambda: nothing_is_left(folder))
+
+
+def test_a_closed_runner_ends_its_workers_and_starts_nothing(folder):
+    runner = InProcess(2, Limits())
+    with ThreadPoolExecutor(1) as pool:
+        endless = pool.submit(run, runner, *2 * [task_of(ENDLESS)])
+        assert wait_until(lambda: at_work(folder))
+        runner.close()
+        ends = [*endless.result(), *run(runner, GOOD)]
+    assert {str(end) for end in ends} == {"LAMMPS (in-process) was closed"}
+    assert nothing_is_left(folder)
 
 
 def working_below(folder):
