@@ -38,7 +38,7 @@ def test_words_after_the_program_are_its_arguments_and_a_file_is_taken_whole(scr
 
 @pytest.mark.live
 def test_arguments_reach_every_run_and_stand_where_it_came_from(lmp):
-    job = CASE.job(CASE.default)
+    job = CASE.job(CASE.default.replace(steps_per_contact=100.0))
     with Lammps(lmp=f"{lmp} -sf omp", workers=1) as engine, Lammps(lmp=lmp, workers=1) as plain:
         outputs = [one.run([job])[0] for one in (engine, plain)]
         assert engine.identify().how == "executable, -sf omp"

@@ -28,7 +28,7 @@ ROW = row(LAW, motion="held", wells=1)
 SCENES = {
     "drop": GOOD,
     "drop, source": drop(LAW, "held", 9.81).replace(steps=600),
-    "row": ROW.replace(law=Law.linear(1e4, SOURCE, False), step=10.0 * ROW.step),
+    "row": ROW.replace(law=Law.linear(1e3, SOURCE, False), step=1e3**0.5 * ROW.step),
     "row, trapped": row(LAW, 8.0, motion="held", wells=1).replace(every=60_000),
     "tower, every third step": tower(ELASTIC).replace(every=3),
     "tower, damped": tower(Law.linear(1e6, 0.3, False), motion="held"),
@@ -115,7 +115,7 @@ def test_each_way_to_fail_has_its_error_and_costs_only_its_own_run(stand_in, mod
 
 
 def test_a_sphere_that_is_not_held_is_an_error(stand_in):
-    scene = drop(HALF, "held", 9.81).replace(steps=2000)
+    scene = drop(HALF, "held", 9.81).replace(steps=200)
     (outcome,) = stand_in("no hold").run([scene_job(scene)])
     assert isinstance(outcome, EngineOutputError)
     assert "moved a sphere that is to be held" in str(outcome)
