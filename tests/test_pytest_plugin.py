@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import pandas  # noqa: F401 - pytester forgets what is first imported in its runs; numpy loads once
 import pytest
 
+import harness.cli.output  # noqa: F401 - likewise, a tenth of a second each time
 from harness import pytest_plugin
 from harness.results.rows import Failure, Row, Tolerance, Verdict, failed, judge, not_tested, table
 from harness.store.runs import json_records
@@ -111,23 +112,21 @@ def test_an_engine_that_failed_and_a_verification_that_died_are_errors(ran, monk
         result.stdout.fnmatch_lines([f"*{words}*"])
 
 
-def test_an_engine_on_the_path_of_the_suite_is_found(tmp_path, monkeypatch):
-    (tmp_path / "mine.py").write_text("from harness.engines.reference import Reference as Mine")
-    monkeypatch.syspath_prepend(tmp_path)
-    record = VERIFICATION(["--engines", "mine:Mine", "--cases", "nix"])
-    assert record["error"].startswith("--cases 'nix'")  # engines are looked up first
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ("--cases nix", "--cases 'nix' is not known"),
-        ("--quick --full", "--quick and --full"),
+        # engines are looked up first: that of the suite was found
+        ("--engines mine:Mine --cases nix", "--cases 'nix' is not known"),
         ("--colour red", "--colour"),
         ("'", "No closing quotation"),
     ],
 )
-def test_wrong_options_are_usage_errors(ran, monkeypatch, options, words):
+def test_wrong_options_are_usage_errors_and_engines_of_the_suite_are_found(
+    ran, pytester, monkeypatch, options, words
+):
+    folder = pytester.mkdir("engines")
+    (folder / "mine.py").write_text("from harness.engines.reference import Reference as Mine")
+    pytester.syspathinsert(folder)
     monkeypatch.setattr("harness.pytest_plugin.verification", VERIFICATION)
     result = ran("--dem-harness", f"--dem-harness-options={options}")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
