@@ -124,7 +124,7 @@ class Bench:
         self.prepare(jobs)
         return [self._runs[job_key(job)] for job in jobs]
 
-    def has_run(self, jobs: Sequence[Job]) -> bool:
+    def has_run(self, jobs: Iterable[Job]) -> bool:
         """Return whether all jobs were run, so that a report runs none of its own."""
         return all(job_key(job) in self._runs for job in jobs)
 

@@ -40,6 +40,7 @@ class Parameters(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    __slots__ = ("_hash",)  # computed once: scenes are keys of all that is run; no copy takes it
 
     if not TYPE_CHECKING:  # type checkers see the fields in place of **values
 
@@ -50,6 +51,14 @@ class Parameters(BaseModel):
                 together = not error.errors(include_url=False)[0]["loc"]
                 kind = CombinationError if together else RequestError
                 raise kind(_error_line(type(self), error)) from None
+
+        def __hash__(self) -> int:
+            try:
+                return self._hash
+            except AttributeError:
+                values = tuple(map(self.__dict__.get, type(self).model_fields))
+                object.__setattr__(self, "_hash", hash(values))
+                return self._hash
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with changed fields, validated again.

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
@@ -237,14 +238,12 @@ class Law(Parameters):
     def _check_coefficients(self) -> Self:
         for part, rows in SUBMODELS.items():
             model = getattr(self, part)
-            row = rows.get(model, Submodel(""))
-            for other, name in ((o, n) for o, others in rows.items() for n in others.names):
-                value = getattr(self, name)
-                if value is not None and name not in row.names:
+            for name, other in _foreign(part, model).items():
+                if (value := getattr(self, name)) is not None:
                     raise ValueError(
                         f"{name} = {value!r}: belongs to {part} = {other!r}, not to {model!r}"
                     )
-            for name in row.needs:
+            for name in rows.get(model, Submodel("")).needs:
                 replaced = name in _MATERIAL and self.normal_modulus is not None
                 if getattr(self, name) is None and not replaced:
                     raise ValueError(f"{name}: must be given with {part} = {model!r}")
@@ -316,16 +315,17 @@ class Law(Parameters):
     @property
     def moduli(self) -> tuple[float, float] | None:
         """Return E* and G* [Pa] of both bodies (Johnson 1985, 4.3 and 7.43), None without any."""
-        if self.materials is None:
+        if (materials := self.materials) is None:
             return None
-        normal = sum((1.0 - nu**2) / young for young, nu in self.materials)
-        shear = sum(2.0 * (2.0 - nu) * (1.0 + nu) / young for young, nu in self.materials)
+        normal = sum((1.0 - nu**2) / young for young, nu in materials)
+        shear = sum(2.0 * (2.0 - nu) * (1.0 + nu) / young for young, nu in materials)
         return 1.0 / normal, 1.0 / shear
 
     @property
     def effective_modulus(self) -> float:
         """Return E* [Pa]: of a material, or 3/4 K."""
-        return self.moduli[0] if self.moduli else 0.75 * (self.normal_modulus or 0.0)
+        moduli = self.moduli
+        return moduli[0] if moduli else 0.75 * (self.normal_modulus or 0.0)
 
     @property
     def one_material(self) -> Law:
@@ -403,6 +403,16 @@ def damping_ratio(restitution: float) -> float:
         return 1.0
     logarithm = math.log(restitution)
     return -logarithm / math.hypot(math.pi, logarithm)
+
+
+@cache
+def _foreign(part: str, model: str) -> dict[str, str]:
+    """Return the coefficients of a part that a submodel does not take, with the first that does."""
+    rows, names = SUBMODELS[part], dict[str, str]()
+    for other, name in ((o, n) for o, row in rows.items() for n in row.names):
+        names.setdefault(name, other)
+    taken = rows[model].names if model in rows else ()
+    return {name: other for name, other in names.items() if name not in taken}
 
 
 def _rows(models: Mapping[str, Any]) -> list[Submodel]:

@@ -220,7 +220,8 @@ def check_keys(frame: pd.DataFrame) -> None:
 def rows_of(frame: pd.DataFrame) -> list[Row]:
     """Return the rows of a table."""
     enums: dict[str, type[StrEnum]] = {"kind": Kind, "verdict": Verdict, "failure": Failure}
-    records: list[dict[Any, Any]] = frame[list(_FIELDS)].to_dict("records")
+    cells = zip(*(frame[name].tolist() for name in _FIELDS), strict=True)
+    records: list[dict[str, Any]] = [dict(zip(_FIELDS, row, strict=True)) for row in cells]
     return [Row(**record | {n: enum(record[n]) for n, enum in enums.items()}) for record in records]
 
 

@@ -241,7 +241,7 @@ class PartialSlipCase(ContactCase[Any]):
                 expected=0.0,
                 tolerance=partial(with_digits, SAME_REBOUNDS, float(INCIDENCES[-1])),
                 level="default",
-                jobs=self._jobs(law),
+                jobs=[*self._jobs(law)],
                 note="largest difference from the reference of 12 impacts, drawn in the report",
             )
 
@@ -296,17 +296,17 @@ class PartialSlipCase(ContactCase[Any]):
         title = "Laws that stick as a whole, and partial slip"
         return (Drawing("oblique-partial-slip", title, text, lambda: figure(lines, marks)),)
 
-    def _impacts(self, law: str) -> list[Any]:
-        """Return the impacts of an elastic sphere on a wall, at 1 m/s along the normal."""
+    def _impacts(self, law: str) -> Iterator[Any]:
+        """Yield the impacts of an elastic sphere on a wall, at 1 m/s along the normal."""
         base = self.default.replace(
             **law_part("hertz"), damping="none", tangential=law, tangential_damping=0.0,
             friction=FRICTION, steps_per_contact=STEPS,
         )  # fmt: skip
         angles = np.arctan(INCIDENCES * FRICTION / stiffness_ratio(POISSON))
-        return [base.replace(angle=math.degrees(a), speed=1.0 / math.cos(a)) for a in angles]
+        return (base.replace(angle=math.degrees(a), speed=1.0 / math.cos(a)) for a in angles)
 
-    def _jobs(self, law: str) -> list[Job]:
-        return [scene_job(p.scene()) for p in self._impacts(law)]
+    def _jobs(self, law: str) -> Iterator[Job]:
+        return (scene_job(p.scene()) for p in self._impacts(law))
 
     def _difference(self, law: str, bench: Bench) -> float:
         measured, expected = (self.rebounds(law, bench, measured=each) for each in (True, False))
