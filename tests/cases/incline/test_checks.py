@@ -21,11 +21,13 @@ from tests.cases.common import verdicts
 from tests.cases.scene_faults import coefficient, diameters, grain, scaled, turned
 from tests.engine_doubles import Crashing, Twin
 
-PATH = "*/largest difference of the path"
+PATHS = "*/largest difference of the path"
+PATH = "*steps, 10.2 deg/largest difference of the path"  # without friction
 ROUGH_PATH = "*friction*/largest difference of the path"
 SHOCK = "*/largest error of the energy after each shock"
 ANGLE = "plastic contact, k = 1e6 N/m, 100 steps/critical_angle_deg"
 CRESTS = "*/largest error of the energy at 5 crests"
+LIMIT = "*infinity/critical_angle_deg"  # of 24 searches
 
 
 @cache
@@ -54,12 +56,18 @@ def test_an_honest_engine_holds_in_every_row(honest):
 
 
 def test_the_limit_is_the_closed_form_within_its_uncertainty(honest):
-    (limit,) = [r for r in honest[0] if "infinity" in r.setup and r.unit == "deg"]
+    rows, bench = honest
+    (limit,) = [r for r in rows if "infinity" in r.setup and r.unit == "deg"]
     assert abs(limit.difference) < limit.uncertainty < limit.tolerance
+    (check,) = [check for check in quick() if check.setup == limit.setup]
+    off = replace(check, expected=(1.0 + 1e-3) * check.expected)
+    assert verdicts(run_checks("incline", [off], bench)) == {Verdict.FAIL}
 
 
-def test_sections_draw_what_was_run_and_run_nothing():
-    bench, only = Bench(Twin()), "*50 steps, friction 0.5*"
+def test_sections_draw_what_was_run_and_run_nothing(monkeypatch):
+    # the curve of the theory takes a second
+    monkeypatch.setattr("harness.cases.incline.case.rigid_angle", lambda _: (10.0, "a line"))
+    bench, only = Bench(Twin()), "*50 steps, friction 0.35*"
     run_checks("incline", selected("incline", CASE.checks(Twin()), "full", only), bench)
     before = len(bench._runs._futures)
     sections = CASE.sections({"stand-in": bench, "harness": Bench(None)})
@@ -115,7 +123,7 @@ SCENE_FAULTS = {
     "tangential damping": (coefficient("tangential_damping", 1 + 1e-6), ROUGH_PATH),
     "no friction": (lambda s: s.replace(law=PLASTIC_CASE.law), "*friction 0.5/critical_angle_deg"),
     "angle by 1e-4 deg": (turned(1e-5), ANGLE),
-    "slope by 1e-3": (turned(1e-3), "*infinity/critical_angle_deg"),
+    "slope by 1e-3": (turned(1e-3), LIMIT),
     "slope by 1e-4": (turned(1e-4), CRESTS),
     "slope by 1 %": (turned(-1e-2), SHOCK),
 }
@@ -131,7 +139,10 @@ OUTPUT_FAULTS = {
 }
 
 
-@pytest.mark.parametrize("fault", SCENE_FAULTS)
+@pytest.mark.parametrize("fault", [
+    pytest.param(fault, marks=[pytest.mark.slow] if only == LIMIT else [])
+    for fault, (_, only) in SCENE_FAULTS.items()
+])  # fmt: skip
 def test_a_fault_in_what_is_run_turns_a_row(fault):
     change, only = SCENE_FAULTS[fault]
     assert Verdict.FAIL in verdicts(rows_of(Twin(change), only))
@@ -213,7 +224,7 @@ class Changed(engine_class("lammps")):
 
 @pytest.fixture(scope="module")
 def lammps(lammps_here):  # noqa: ARG001
-    with Changed() as engine:
+    with Changed(workers=1) as engine:
         yield engine
 
 
@@ -221,13 +232,13 @@ def lammps(lammps_here):  # noqa: ARG001
 @pytest.mark.parametrize(
     ("factors", "only"),
     [
-        ({}, PATH),
+        ({}, PATHS),
         ({}, CRESTS),
         ({"angle": 1 + 1e-7}, PATH),
         ({"stiffness": 1 + 1e-7}, PATH),
         ({"gravity": 1 + 1e-7}, PATH),
         ({"steps_per_contact": 1 + 1e-7}, PATH),
-        ({"friction": 1 + 1e-6}, "*friction 0.1*" + PATH[1:]),
+        ({"friction": 1 + 1e-6}, "*friction 0.1*" + PATHS[1:]),
     ],
     ids=str,
 )

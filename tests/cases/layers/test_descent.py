@@ -11,8 +11,8 @@ import pytest
 
 from harness.cases.bench import Bench
 from harness.cases.checks import row_in, run_checks, selected
-from harness.cases.layers import script_values
-from harness.cases.layers.descent import CASE, SMALL_FLOW, Layers, profile_in
+from harness.cases.layers import descent, script_values
+from harness.cases.layers.descent import CASE, SINGLE, SMALL_FLOW, Layers, profile_in
 from harness.engines import output as outputs
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
@@ -77,16 +77,29 @@ def test_a_descent_without_an_angle_of_stop_has_none(results, error, words):
         assert caught.value.values == {"mean_speed": 0.25}
 
 
+LOWERED = SINGLE.replace(first_angle=10.3, flow_time=5.0)
+FLOW = SMALL_FLOW.replace(layers=3, length=6, flow_time=10.0, rate=3.0)
+
+
 @pytest.mark.live
-def test_the_single_grain_stops_at_the_critical_angle_and_a_flow_has_a_profile(lammps):
-    bench = Bench(lammps)
+@pytest.mark.parametrize(
+    ("single", "flow"),
+    [(LOWERED, FLOW), pytest.param(SINGLE, SMALL_FLOW, marks=pytest.mark.slow)],
+    ids=["shorter runs", "the runs of level quick"],
+)
+def test_the_single_grain_stops_at_the_critical_angle_and_a_flow_has_a_profile(
+    lammps, monkeypatch, single, flow
+):
+    monkeypatch.setattr(descent, "SINGLE", single)
+    monkeypatch.setattr(descent, "SMALL_FLOW", flow)
+    bench, job = Bench(lammps), CASE.job(flow)
     checks = selected("layers", CASE.checks(lammps), "quick")
-    stop, flow = run_checks("layers", checks, bench)
+    stop, fraction = run_checks("layers", checks, bench)
     assert stop.verdict is Verdict.PASS, stop
     assert stop.expected == pytest.approx(10.2078, abs=1e-4)
-    assert flow.verdict is Verdict.RECORDED
-    assert 0.4 < flow.value < 0.74  # between a loose flow and close packing
-    profile = profile_in(bench.output(CASE.job(SMALL_FLOW)))
+    assert fraction.verdict is Verdict.RECORDED
+    assert 0.4 < fraction.value < 0.74  # between a loose flow and close packing
+    profile = profile_in(bench.output(job))
     assert np.all(np.diff(profile["height"]) > 0)
     # the surface is fastest; a slice that holds a grain now and then has the speed of its grains
     speed = profile["speed"]
@@ -137,10 +150,10 @@ def lmp_run(words, folder, values):
 
 
 @pytest.mark.live
-def test_the_system_is_the_same_on_any_number_of_ranks(lmp, mpirun, tmp_path):
+def test_the_system_is_the_same_on_any_number_of_ranks(lmp_binary, mpirun, tmp_path):
     short = TINY.replace(layers=2, flow_time=2.0, time_limit=0.1)
     frames = []
-    for words in ([lmp], [mpirun, "-np", "2", lmp]):
+    for words in ([lmp_binary], [mpirun, "-np", "2", lmp_binary]):
         values = {**script_values(short), "dump": f"{len(frames)}.dump"}
         done = lmp_run(words, tmp_path, values)
         assert "RESULT verdict = never_stopped" in done.stdout, done.stdout[-500:]
@@ -153,8 +166,8 @@ def test_the_system_is_the_same_on_any_number_of_ranks(lmp, mpirun, tmp_path):
 
 @pytest.mark.live
 @pytest.mark.parametrize(("changes", "words"), WRONG)
-def test_the_script_refuses_what_the_harness_refuses(lmp, tmp_path, changes, words):  # noqa: ARG001
-    done = lmp_run([lmp], tmp_path, {**script_values(Layers()), **changes})
+def test_the_script_refuses_what_the_harness_refuses(lmp_binary, tmp_path, changes, words):  # noqa: ARG001
+    done = lmp_run([lmp_binary], tmp_path, {**script_values(Layers()), **changes})
     (name,) = [name for name in changes if name != "layers"]
     assert done.returncode == 1
     assert f"ERROR: {name} = " in done.stdout

@@ -146,9 +146,19 @@ def test_a_run_without_a_flow_is_an_error(results, error, words):
         CASE.measure(Flow(), made(results))
 
 
+SHORT = SMALL.replace(layers=3, length=6, settle_time=20.0, flow_time=20.0, blocks=6)
+
+
 @pytest.mark.live
-def test_the_balances_hold_in_lammps_and_the_mean_speed_is_that_of_the_particles(lammps):
+@pytest.mark.parametrize(
+    "p", [SHORT, pytest.param(SMALL, marks=pytest.mark.slow)],
+    ids=["a shorter flow", "the flow of level quick"],
+)  # fmt: skip
+def test_the_balances_hold_in_lammps_and_the_mean_speed_is_that_of_the_particles(
+    lammps, monkeypatch, p
+):
     """Sums of slices beside the centre of mass, which LAMMPS computes by itself."""
+    monkeypatch.setattr("harness.cases.layers.flow.SMALL", p)
     bench = Bench(lammps)
     rows = run_checks(CASE.name, selected(CASE.name, CASE.checks(lammps), "quick"), bench)
     verdicts = {row.quantity: row.verdict for row in rows}
@@ -156,10 +166,10 @@ def test_the_balances_hold_in_lammps_and_the_mean_speed_is_that_of_the_particles
     assert {verdicts[name] for name in ("inertial_number", "solid_fraction")} == {Verdict.RECORDED}
     (section,) = CASE.sections({"lammps": bench})
     assert len(section.drawings[0].draw().axes) == 2
-    measured = Measurement.of(SMALL, bench.output(CASE.job(SMALL)))
+    measured = Measurement.of(p, bench.output(CASE.job(p)))
     momentum, mass = (measured.sums[name].sum(axis=1) for name in ("momentum", "mass"))
     assert momentum / mass == pytest.approx(measured.blocks[:, 1], rel=1e-6)
-    assert mass == pytest.approx(np.full(SMALL.blocks, measured.mass), rel=1e-6)
+    assert mass == pytest.approx(np.full(p.blocks, measured.mass), rel=1e-6)
 
 
 @pytest.mark.live
