@@ -19,8 +19,9 @@ from tests.cases.scene_faults import coefficient, scaled
 from tests.engine_doubles import Clipping, Twin, lost, same
 
 
-def verify(engine):
-    return run_checks("drop", [*CASE.checks(engine)], Bench(engine))
+def verify(engine, setup=None):
+    checks = [check for check in CASE.checks(engine) if setup in (None, check.setup)]
+    return run_checks("drop", checks, Bench(engine))
 
 
 @pytest.mark.parametrize("scheme", ["velocity-verlet", "mfix-euler", "mfix-adams-bashforth"])
@@ -106,9 +107,8 @@ FAULTS = {  # fault: (engine, setup and quantity of a row that must turn)
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_planted_fault_turns_its_row(fault):
-    engine, *row = FAULTS[fault]
-    turned = [[r.setup, r.quantity] for r in verify(engine) if r.verdict is Verdict.FAIL]
-    assert row in turned
+    engine, setup, quantity = FAULTS[fault]
+    assert quantity in {r.quantity for r in verify(engine, setup) if r.verdict is Verdict.FAIL}
 
 
 @pytest.mark.parametrize(

@@ -293,7 +293,7 @@ def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
     assert incline.critical_angle_without_loss(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
 
 
-def keeps_rolling(grain, tilt_deg, wells=600):
+def keeps_rolling(grain, tilt_deg, wells=200):
     tilt, state = math.radians(tilt_deg), State(math.radians(tilt_deg) - EQUAL, 0.5, 0.35)
     for _ in range(wells):
         before = incline.over_arc(state, EQUAL + tilt, grain)

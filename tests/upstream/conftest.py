@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from harness import upstream
 from harness.upstream.scene import UpstreamTest
 
 COMMANDS = """
@@ -45,6 +46,13 @@ def askew(*more, **replaced):
 
 def named(test, **changes):
     return replace(test, **({"judged_segment": 0} if "segments" in changes else {}), **changes)
+
+
+def run_with_newton_off(tests, lmp, **options):
+    """Run tests in one of the two settings of newton: half of the runs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(upstream, "MODES", ("off",))
+        return upstream.run_upstream(tests, {"here": lmp}, **options)
 
 
 @pytest.fixture(scope="session")

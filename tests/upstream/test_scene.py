@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from harness import upstream
 from harness.errors import RequestError
-from harness.upstream import MOTION, read_test, read_tests, run_test, run_upstream
+from harness.upstream import MOTION, read_test, read_tests, run_test
 from harness.upstream.scene import NotUnderstoodError, check_words, granular_law, read_scene
-from tests.upstream.conftest import askew, named
+from tests.upstream.conftest import askew, named, run_with_newton_off
 
 TSUJI = Path(__file__).parents[2] / "reports/defects/tsuji-restitution/test.yaml"
 FLOOR = "wall/gran granular hooke 1e5 5 damping velocity tangential linear_history 3e4 0.1 0.4"
@@ -102,9 +101,7 @@ UNDERSTOOD = {
 @pytest.fixture(scope="module")
 def motions(lmp):
     tests = [named(test, name=name) for name, test in UNDERSTOOD.items()]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(upstream, "MODES", ("off",))
-        rows = run_upstream(tests, {"here": lmp}).rows
+    rows = run_with_newton_off(tests, lmp).rows
     return rows[rows["quantity"] == MOTION].set_index("setup")
 
 

@@ -168,7 +168,9 @@ def lacey_index(cells: Floats, chosen: NDArray[np.bool_]) -> float:
     Lacey, J. Appl. Chem. 4, 257 (1954), for cells of any content. NaN where all grains are of one
     kind, or each is in a cell of its own.
     """
-    _, place = np.unique(cells, axis=0, return_inverse=True)
+    column, row = cells.T
+    number = column * (1.0 + np.ptp(row)) + row  # of its cell; rows of an array take ten times
+    _, place = np.unique(number, return_inverse=True)
     content = np.bincount(place).astype(np.float64)
     share = np.bincount(place, weights=chosen) / content
     total, p = len(cells), float(np.mean(chosen))

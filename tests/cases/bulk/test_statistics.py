@@ -26,7 +26,7 @@ def test_either_side_of_the_interval_misses_five_percent_of_four_seeds():
     bound = norm.ppf(0.95) * math.sqrt(3 / 4)
     assert student.sf(bound, 6) == pytest.approx(0.102, abs=5e-4)
     random = np.random.default_rng(5)
-    draws, missed = 800, np.zeros(2)
+    draws, missed = 400, np.zeros(2)
     for _ in range(draws):
         found = ratio_of_means(random.normal(1.0, 0.02, 4), random.normal(1.0, 0.05, 4))
         missed += found.value - 1.0 > found.uncertainty, 1.0 - found.value > found.uncertainty

@@ -109,10 +109,13 @@ def test_a_code_with_few_digits_is_held_to_what_they_resolve(name):
     right = rows_of(case_named(name), FewDigits(declared=Rules()))
     assert verdicts(right) == {Verdict.PASS}
     assert all("7 digits" in row.reason for row in right)
-    silent = rows_of(case_named(name), twin(change_motion=single))
-    assert Verdict.FAIL in verdicts(silent)
     slower = FewDigits(scaled("step", 0.999), single, declared=Rules())
     assert Verdict.FAIL in verdicts(rows_of(case_named(name), slower))
+
+
+def test_a_code_that_hides_that_it_has_few_digits_fails():
+    rows = rows_of(case_named("curved-wall"), twin(change_motion=single))
+    assert Verdict.FAIL in verdicts(rows)
 
 
 def test_a_plug_in_case_is_held_to_what_few_digits_resolve():
