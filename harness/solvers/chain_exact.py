@@ -178,14 +178,8 @@ class Modes(NamedTuple):
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Return displacements and velocities (T, N) at times (T,) [s] after the change."""
-        t, swings = times[:, None], self.frequency > 0
-        omega = np.where(swings, self.frequency, 1.0)
-        rest = np.where(swings, self.pull / omega**2, 0.0)
-        cosine, sine, away = np.cos(omega * t), np.sin(omega * t), self.place - rest
-        swing = rest + away * cosine + self.rate / omega * sine
-        fall = self.place + t * (self.rate + 0.5 * self.pull * t)
-        rate = np.where(swings, self.rate * cosine - away * omega * sine, self.rate + self.pull * t)
-        u = self.origin + np.where(swings, swing, fall) @ self.shapes.T / self.root_mass
+        place, rate = _coordinates(times, self.frequency, self.place, self.rate, self.pull)
+        u = self.origin + place @ self.shapes.T / self.root_mass
         return u, rate @ self.shapes.T / self.root_mass
 
     def at_one(self, time: float) -> tuple[Floats, Floats]:
@@ -200,6 +194,26 @@ class Modes(NamedTuple):
             v = self.at_one(middle)[1]
             low, high = (middle, high) if before * (v[0] - v[-1]) > 0 else (low, middle)
         return 0.5 * (low + high)
+
+
+@compiled
+def _coordinates(
+    times: Floats, frequency: Floats, place: Floats, rate: Floats, pull: Floats
+) -> tuple[Floats, Floats]:
+    """Return all modes and their rates (T, N) at times (T,): a mode swings, or falls."""
+    places = np.empty((times.size, frequency.size))
+    rates = np.empty_like(places)
+    for j, omega in enumerate(frequency):
+        for i, t in enumerate(times):
+            if omega > 0:
+                rest = pull[j] / omega**2
+                away, cosine, sine = place[j] - rest, math.cos(omega * t), math.sin(omega * t)
+                places[i, j] = rest + away * cosine + rate[j] / omega * sine
+                rates[i, j] = rate[j] * cosine - away * omega * sine
+            else:
+                places[i, j] = place[j] + t * (rate[j] + 0.5 * pull[j] * t)
+                rates[i, j] = rate[j] + pull[j] * t
+    return places, rates
 
 
 def find_modes(chain: Chain, closed: Flags, factor: Floats, u: Floats, v: Floats) -> Modes:
