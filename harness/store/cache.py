@@ -16,6 +16,7 @@ import json
 import math
 import os
 import platform
+import random
 import secrets
 import sys
 import tempfile
@@ -306,7 +307,8 @@ class Entries:
     def __init__(self, folder: Path, limit: int = LIMIT) -> None:
         self.folder, self._limit = folder, limit
         self._lock = threading.Lock()
-        self._written = limit  # [bytes] since the last look at the size: the first entry looks
+        # [bytes] since the last look at the size, by this process or another: which one, is chance
+        self._written = random.random() * limit / 10
         self._broken = False
         make_private(folder)
         # a group may share a cache, and root of a container use its owner's: it is data, never run
@@ -356,8 +358,9 @@ class Entries:
                 with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:  # noqa: PTH123
                     file.write(b"\n".join((_head(key, body), body)))
                 part.replace(path)
-            finally:
+            except BaseException:
                 part.unlink(missing_ok=True)
+                raise
             self._prune_sometimes(len(body))
         except OSError as error:
             self._broken = True

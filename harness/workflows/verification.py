@@ -211,19 +211,28 @@ class Session:
         return total
 
     def run(self) -> None:
-        """Run qualifications, then cases side by side, then comparisons."""
+        """Run qualifications beside this package's solvers, then cases, then comparisons."""
         tested = {name for (name, _), checks in self.checks.items() if checks}
         engines = [engine for engine in self.engines if engine.name in tested]
-        failures = dict(parallel_each(self._qualify, engines, SIDE_BY_SIDE))
-        for engine, wrong in ((engines[place], wrong) for place, wrong in failures.items()):
+        own = {key: checks for key, checks in self.checks.items() if key[0] == OWN}
+
+        def begin(engine: Engine | None) -> list[str]:
+            if engine is not None:
+                return self._qualify(engine)
+            self._run("", own)
+            return []
+
+        failures = dict(parallel_each(begin, [*engines, None], SIDE_BY_SIDE))
+        for place, wrong in failures.items():
             if wrong:
                 more = f" and {len(wrong) - 1} more" if wrong[1:] else ""
-                del self.benches[engine.name]
-                self._skip(engine.name, f"not qualified: {wrong[0]}{more}")
+                name = engines[place].name
+                del self.benches[name]
+                self._skip(name, f"not qualified: {wrong[0]}{more}")
         if any(failures.values()):
             self._plan_comparisons()
-        qualified = {(engine.name, case) for engine in engines for case in QUALIFYING}
-        rest = (k for k in self.checks if k not in qualified and k[0] in self.benches)
+        done = {*own, *((engine.name, case) for engine in engines for case in QUALIFYING)}
+        rest = (k for k in self.checks if k not in done and k[0] in self.benches)
         self._run("", {key: self.checks[key] for key in rest})
         self._run("comparisons", self.comparisons)
 

@@ -18,6 +18,7 @@ import numpy as np
 from harness.cases.base import Case, Check, Level, Quantity, Value
 from harness.cases.bench import OWN, Bench
 from harness.cases.tower.impulse import (
+    HEIGHTS,
     MARGIN,
     READINGS,
     Runner,
@@ -27,10 +28,10 @@ from harness.cases.tower.impulse import (
     first_contact_end,
     grain_velocity_at,
     impulse,
-    impulse_angles,
     impulse_until,
     peak_force,
     source_angles,
+    source_table,
     touch_time,
     turnaround,
     window_end,
@@ -407,13 +408,13 @@ def _law_findings(height: int) -> Iterator[Check]:
         )  # fmt: skip
 
 
-def _source_angle(height: int, law: Law, reading: Reading, _: Bench) -> float:
+def _source_angle(height: int, law: Law, reading: Reading, bench: Bench) -> float:
+    bench.once(source_table)  # by the first of the checks, which go side by side
     return source_angles(height, law)[reading]
 
 
 # ---- report
 
-TALLEST = 19
 TITLE = "What does a column of grains below do to that angle?"
 OPENING = """\
 In a well the velocity turns; what is left after the shock decides from which angle on the motion
@@ -446,15 +447,14 @@ def _section() -> Section:
         "The critical angle over the contacts below",
         "k = 1e6 N/m, 2 m/s, exact propagator, turnaround window. Solid: the impulse rescales the "
         "velocity lost; dashed: the velocity run. The band is measured in other work.",
-        lambda: angle_figure(impulse_angles(
-            heights=range(1, TALLEST + 1), stiffnesses=(1e6,), speeds=(2.0,), solver="exact")),
+        lambda: angle_figure(source_table()),
     )  # fmt: skip
     first = source_angles(1, "overlap")["lost"]
-    overlap, deformable = (source_angles(TALLEST, law)["lost"] for law in LAWS)
+    overlap, deformable = (source_angles(HEIGHTS[-1], law)["lost"] for law in LAWS)
     result = (
         "So θ_c(n) = 2 atan(tan(15 deg) alpha / (4 - alpha)): "
         f"{first:.2f} deg for one contact, {overlap:.2f} (overlap law) and {deformable:.2f} "
-        f"deg (deformable law) for {TALLEST}. "
+        f"deg (deformable law) for {HEIGHTS[-1]}. "
         "Read the other way, as velocity kept, the same alpha makes it rise."
     )
     opening = Opening(

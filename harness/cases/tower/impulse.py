@@ -112,11 +112,16 @@ def angle_from_impulse_ratio(ratio: float, reading: Reading = "lost") -> float:
 
 
 @cache
+def source_table() -> pd.DataFrame:
+    """Return :func:`impulse_angles` of the source: turnaround window, 1e6 N/m and 2 m/s; exact."""
+    return impulse_angles(stiffnesses=(1e6,), speeds=(2.0,), solver="exact")
+
+
 def source_angles(height: int, law: Law) -> Mapping[Reading, float]:
-    """Return the source's theta_c(n) [deg] by its reading: turnaround window, 1e6 N/m and 2 m/s."""
-    impulses = [impulse(solve(Tower(height=n, law=law), "exact")) for n in (1, height)]
-    ratio = impulses[1] / impulses[0]
-    return {reading: angle_from_impulse_ratio(ratio, reading) for reading in READINGS}
+    """Return the source's theta_c(n) [deg] by its reading."""
+    table = source_table()
+    row = table[(table["law"] == law) & (table["height"] == height)]
+    return {reading: float(row[f"critical_angle_{reading}_deg"].iloc[0]) for reading in READINGS}
 
 
 def angle_figure(
