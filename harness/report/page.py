@@ -18,6 +18,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ import pandas as pd
 
 from harness.files import safe_path
 from harness.report.content import SHORT, Badge, Drawing, Section, number, printable, value_text
-from harness.report.render import ORDER, html_page, markdown_page, matrix
+from harness.report.render import ORDER, html_page, load_templates, markdown_page, matrix
 from harness.results.compare import counts, counts_of_changes
 from harness.results.rows import (
     ENGINE_FAILURES,
@@ -102,6 +103,14 @@ def report_files(
         files |= {f"{name}.svg": picture.svg} if picture.svg else {}
         files |= {f"{name}.png": picture.png} if picture.png else {}
     return files
+
+
+def load() -> None:
+    """Load what the first report needs: matplotlib with its fonts, templates; a second or two."""
+    from harness.report.figures import panels
+
+    draw(Drawing("empty", "", "", partial(panels, 1, 1)))
+    load_templates()
 
 
 def _shortened(text: str) -> str:

@@ -63,6 +63,15 @@ def svg_uri(svg: str) -> Markup:
     return Markup(f"data:image/svg+xml,{text}")
 
 
+def load_templates() -> None:
+    """Compile the templates of both kinds of pages."""
+    for kind in ("html", "md"):
+        environment = _templates(html=kind == "html")
+        for name in environment.list_templates():
+            if f".{kind}." in name:
+                environment.get_template(name)
+
+
 @cache
 def _templates(*, html: bool) -> Environment:
     environment = Environment(

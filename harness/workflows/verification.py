@@ -17,7 +17,6 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from functools import partial
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
 from threading import Thread
@@ -113,8 +112,9 @@ def verify(  # noqa: PLR0913 - the options of a user
         session.open(selected_engines(engines), opening, stack)
         session.plan()
         check_duration(session.seconds())
-        if output is not None:  # figures take long to load: they do while engines run
-            Thread(target=import_module, args=("harness.report.figures",)).start()
+        loading = Thread(target=_load_report)
+        if output is not None:  # it takes long: engines run meanwhile
+            loading.start()
         session.run()
         everything = ALL in words_in(engines)
         versions = {n: v for n, v in session.versions.items() if v or not everything}
@@ -137,10 +137,17 @@ def verify(  # noqa: PLR0913 - the options of a user
             from harness.report.page import report_files
 
             progress("figures and report", 0, 1)
+            loading.join()  # the look of figures is that of all threads
             by_name = {defect.name: dict(defect) for defect in session.defects}
             write_run(run, output, report_files(run, session.sections(), defects=by_name, png=png))
             progress("figures and report", 1, 1)
     return run
+
+
+def _load_report() -> None:
+    from harness.report import page
+
+    page.load()
 
 
 @dataclass

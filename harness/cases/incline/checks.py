@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -264,6 +264,7 @@ def ladder_jobs(case: Incline, ladder: search.Ladder) -> tuple[Job, ...]:
     return tuple(job for refined in ladder.cases(case) for job in first_jobs(refined))
 
 
+@lru_cache(maxsize=256)
 def first_jobs(case: Incline, route: Route = "passage") -> tuple[Job, ...]:
     """Return the first jobs of a search, with the steps that the search is expected to take."""
     case = search.prepared(case, route)

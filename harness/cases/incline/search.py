@@ -159,11 +159,17 @@ def extrapolated_critical_angle(
 def angle_on(
     bench: Bench, case: Incline, method: Route = "passage", tolerance_deg: float | None = None
 ) -> CriticalAngle:
-    """Return the critical angle of a case in the engine of a bench.
+    """Return the critical angle of a case in the engine of a bench, searched once.
 
     The reference guides a passage where it can take the engine's steps, and the engine writes as
     many digits.
     """
+    return bench.once(_searched, bench, case, method, tolerance_deg)
+
+
+def _searched(
+    bench: Bench, case: Incline, method: Route, tolerance_deg: float | None
+) -> CriticalAngle:
     measure, case = engine_measure(bench, method), prepared(case, method)
     if method == "passage" and bench.engine.traits.digits >= DIGITS:
         guide = reference_measure(bench, method)
