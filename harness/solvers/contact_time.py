@@ -29,7 +29,7 @@ from harness.model.scene import Scene, effective_mass, effective_radius
 from harness.solvers import reference
 from harness.solvers.contacts import System, find_press
 from harness.solvers.friction import Touch
-from harness.solvers.kernels import FORCE, Records, kernel
+from harness.solvers.kernels import FIRST, FORCE, MOVES, Records, kernel
 
 TOLERANCE = 1e-14  # relative, of a step of the integration
 MOST_STRIDES = 1_000_000  # with those that are repeated: round-off may let none succeed
@@ -294,7 +294,7 @@ def _acceleration(approach: _Approach, x: float, v: float) -> float:
     overlap = max(x, approach.least)
     overlap = 1e-300 if overlap == 0.0 else overlap  # mdr divides by it
     touch = Touch((0.0, 0.0, 1.0), overlap, approach.other, ZERO)
-    press = find_press(system, 0, touch, approach.radius, -v, True)
+    press = find_press(system, FIRST, touch, approach.radius, -v, MOVES)
     force = press.force
     if approach.bulk > 0.0:
         force = _bulk_force(approach) + press.eta * v

@@ -20,11 +20,13 @@ from harness.model.scene import Floats, Wall
 from harness.solvers import friction, mdr
 from harness.solvers.friction import Press, Touch, lever
 from harness.solvers.kernels import (
+    FIRST,
     FORCE,
     GO_ON,
     OVER,
     PARTS,
     POSITION,
+    SECOND,
     SPIN,
     TORQUE,
     VELOCITY,
@@ -413,8 +415,8 @@ def jkr_radius(modulus: float, gamma: float, radius: float, overlap: float) -> f
 def _flat_depth(system: System, c: int, touch: Touch, k: int, largest: float) -> float:
     r, sides = system.bodies[system.contacts[c].first].radius, system.sides[c]
     if k == 0:
-        return float(mdr.flat_depth(sides, 0, touch.overlap, largest, r, touch.other))
-    return float(mdr.flat_depth(sides, 1, touch.overlap, largest, touch.other, r))
+        return float(mdr.flat_depth(sides, FIRST, touch.overlap, largest, r, touch.other))
+    return float(mdr.flat_depth(sides, SECOND, touch.overlap, largest, touch.other, r))
 
 
 @kernel
@@ -423,8 +425,8 @@ def _elastic_mdr(system: System, c: int, touch: Touch, moves: bool) -> tuple[flo
     contact, rules = system.contacts[c], system.rules
     law, wall = system.laws[contact.law], contact.second < 0
     contact.largest = max(contact.largest, touch.overlap)
-    second = 0.0 if wall else _flat_depth(system, c, touch, 1, contact.largest)
-    first = _flat_depth(system, c, touch, 0, contact.largest)
+    second = 0.0 if wall else _flat_depth(system, c, touch, SECOND, contact.largest)
+    first = _flat_depth(system, c, touch, FIRST, contact.largest)
     body = system.mdr_bodies[contact.first]
     force, a = mdr.side_force(law, rules, body, system.sides[c, 0], first, moves)
     if not wall:

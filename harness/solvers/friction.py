@@ -9,7 +9,9 @@ n normal, a contact radius, q spring, u slip velocity, h step; h = 0 in the setu
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from harness.model.base import ZERO, Vector
 from harness.model.conventions import Rules
@@ -30,6 +32,8 @@ from harness.solvers.kernels import (
 )
 
 MARSHALL, CONSTANT = words(Law, "twisting")["marshall"], words(Law, "rolling")["constant"]
+ROLLING: Any = np.int64(1)  # springs of a contact, beside the tangential one
+TWISTING: Any = np.int64(2)
 STICKING_ONLY = words(Rules, "damping_in_cap")["sticking_only"]
 RADIUS, HEIGHT = (words(Rules, "wall_lever")[w] for w in ("radius", "height"))
 ACROSS, PROJECTED_AXIS = (words(Rules, "rolling_axis")[w] for w in ("across", "projected"))
@@ -168,7 +172,7 @@ def rolling_torque(
     turned, r = rules.torsion_frame == STAYS_TURNED, press.radius
     u = scale(r, cross(slip.spin, n) if turned else project(slip.spin, n))
     slider = law.rolling_stiffness, law.rolling_damping, law.rolling_friction * press.load
-    force = _torsion(contact, rules, n, slip, h, 1, u, slider)
+    force = _torsion(contact, rules, n, slip, h, ROLLING, u, slider)
     return scale(r, cross(n, force) if turned else force)
 
 
@@ -201,7 +205,7 @@ def twisting_torque(
     if mu <= 0.0:
         return ZERO
     u = scale(dot(slip.spin, n), n)
-    return _torsion(contact, rules, n, slip, h, 2, u, (k, eta, mu * press.load))
+    return _torsion(contact, rules, n, slip, h, TWISTING, u, (k, eta, mu * press.load))
 
 
 # ---- springs and dashpots under a limit
@@ -212,10 +216,10 @@ def _torsion(
     contact: Records, rules: Records, n: Vector, slip: Slip, h: float, kind: int, u: Vector,
     slider: tuple[float, float, float],
 ) -> Vector:  # fmt: skip
-    """Return the force of a rolling (1) or twisting (2) slider: stiffness, dashpot and limit."""
+    """Return the force of a slider of a kind, by its stiffness, dashpot and limit."""
     k, eta, cap = slider
     q, last, frame = vector(contact.springs[kind]), _last_normal(contact, n), rules.torsion_frame
-    if frame == STAYS_TURNED and kind == 2:
+    if frame == STAYS_TURNED and kind == TWISTING:
         q = scale(math.copysign(size(q), dot(q, n)), n)
     elif frame == STAYS_TURNED:
         q = _carry(q, TURNED, n, last, 0.0)
@@ -224,9 +228,9 @@ def _torsion(
     forgets = rules.forgets_setup and h == 0.0
     q = add(q, scale(rules.step if forgets else h, u))
     force, spring, slides = _limit(rules, q, u, k, eta, cap)
-    if slides and kind == 1 and k > 0.0 and size(q) == 0.0 and not rules.slides_in_setup:
+    if slides and kind == ROLLING and k > 0.0 and size(q) == 0.0 and not rules.slides_in_setup:
         force, spring = ZERO, q
-    if slides and kind == 2 and rules.twisting_limit_by_rate:
+    if slides and kind == TWISTING and rules.twisting_limit_by_rate:
         turning = dot(u, n)
         force = scale(-cap * ((turning > 0.0) - (turning < 0.0)), n)
         spring = scale(-1.0 / k, add(force, scale(eta, u)))

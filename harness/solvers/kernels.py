@@ -23,6 +23,10 @@ Records = Any  # a record, or an array of records, of a type in harness.solvers.
 
 POSITION, VELOCITY, SPIN, FORCE, TORQUE = range(5)
 PARTS = 5
+# arguments of kernels: for each number of Python numba would compile a kernel once more
+FIRST: Any = np.int64(0)  # of two bodies
+SECOND: Any = np.int64(1)
+MOVES: Any = np.bool_(True)  # in a step, not in a setup
 
 
 def kernel(function: Function) -> Function:
@@ -35,14 +39,14 @@ def kernel(function: Function) -> Function:
 
 def inlined(function: Function) -> Function:
     """Compile a kernel into its callers."""
-    return jit(function, error_model="numpy", nogil=True, inline="always", _nrt=False)
+    return jit(function, error_model="numpy", nogil=True, forceinline=True, _nrt=False)
 
 
 @cache
-def words(kind: type[Parameters], name: str) -> dict[str, int]:
+def words(kind: type[Parameters], name: str) -> dict[str, Any]:
     """Return the words that a field takes, with their numbers in records."""
     allowed = get_args(kind.model_fields[name].annotation)
-    return {word: number for number, word in enumerate(allowed) if isinstance(word, str)}
+    return {word: np.int64(n) for n, word in enumerate(allowed) if isinstance(word, str)}
 
 
 # ---- vectors: tuples of three numbers, which stay in registers
