@@ -13,6 +13,7 @@ import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -46,8 +47,7 @@ def jit(function: Function, **options: Any) -> Function:
         chosen = config.CACHE_DIR
         try:
             # numba reads the folder here and not again: other users of numba keep theirs
-            place = Path(chosen) if chosen else cache_place().path / KERNELS
-            folder = place / _stamp(Path(function.__code__.co_filename).parent)
+            place, folder = _places(Path(function.__code__.co_filename).parent)
             config.CACHE_DIR = str(folder)
             kernel = numba.njit(cache=_is_private(place, folder), **options)(function)
         except RuntimeError:  # no folder can be written
@@ -55,6 +55,15 @@ def jit(function: Function, **options: Any) -> Function:
         finally:
             config.CACHE_DIR = chosen
     return cast(Function, _surviving_a_full_disk(kernel))
+
+
+def waits_for_compilation(folder: Path) -> bool:
+    """Return whether no kernel of a folder with Python files was compiled before, and kept."""
+    with _CHOOSING:
+        place, kept = _places(folder)
+    with suppress(OSError):  # a place into which nothing can be put
+        return _is_private(place, kept) and next(kept.rglob("*.nbi"), None) is None
+    return False
 
 
 def shielded(kernel: Callable[..., Result], *arguments: Any) -> Result:
@@ -71,6 +80,13 @@ def shielded(kernel: Callable[..., Result], *arguments: Any) -> Result:
         return pool.submit(kernel, *arguments).result()
     finally:
         pool.shutdown(wait=False)
+
+
+def _places(folder: Path) -> tuple[Path, Path]:
+    """Return where machine code is kept, and in there that of a folder with Python files."""
+    config: Any = numba.config
+    place = Path(config.CACHE_DIR or cache_place().path / KERNELS)
+    return place, place / _stamp(folder)
 
 
 @cache

@@ -3,14 +3,16 @@
 import errno
 import os
 import pickle
+import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import numba
 import pytest
 
-from harness import compiled
-from harness.compiled import jit
+from harness import compiled, solvers
+from harness.compiled import jit, waits_for_compilation
 from harness.files import VARIABLE
 
 KERNEL = """
@@ -145,3 +147,38 @@ def test_kernels_are_kept_for_this_user_alone_and_no_others_are_read(
     for note, (name, way) in zip(notes, ways.items(), strict=True):
         assert f"kernels in {folders[name]} are not used, {way}" in note
         assert "DEM_HARNESS_HOME" in note
+
+
+OWN_CHECKS = """
+from numba.core import event
+from harness.cases.bench import Bench
+from harness.cases.checks import run_checks
+from harness.cases.tower.case import CASE
+
+with event.install_recorder("numba:compile") as compiled:
+    rows = run_checks("tower", list(CASE.own_checks()), Bench(None))
+print(len(compiled.buffer), len(rows) > 10)
+"""
+
+
+def test_a_place_waits_for_kernels_until_one_is_kept_there(monkeypatch, tmp_path):
+    folder = Path(solvers.__path__[0])
+    for place, waits in ((tmp_path, True), (tmp_path / ("x" * 300), False)):
+        monkeypatch.setattr("numba.config.CACHE_DIR", str(place))
+        assert waits_for_compilation(folder) is waits
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
+    kept = next(tmp_path.iterdir()) / "solvers"
+    kept.mkdir()
+    (kept / "kernel.nbi").touch()
+    assert not waits_for_compilation(folder)
+
+
+@pytest.mark.slow  # it compiles for ten seconds
+def test_the_kernels_of_chains_are_those_that_the_own_checks_of_towers_need(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    for command in (["-m", "harness.solvers"], ["-c", OWN_CHECKS]):
+        run = subprocess.run(
+            [sys.executable, "-P", *command], env=environment, capture_output=True, text=True,
+            check=True,
+        )  # fmt: skip
+    assert run.stdout.split() == ["0", "True"]

@@ -8,17 +8,19 @@ with the accepted run. Whatever fails is a row, and the rest goes on.
 from __future__ import annotations
 
 import platform
+import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from functools import partial
 from itertools import chain
 from pathlib import Path
+from subprocess import DEVNULL, Popen
 from threading import Thread
 from typing import Any
 
@@ -35,7 +37,7 @@ from harness.cases.registry import (
     usable_cases,
 )
 from harness.engines.base import Engine, job_seconds
-from harness.engines.process import parallel_each
+from harness.engines.process import one_thread, parallel_each
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import EngineError, EngineMissingError, HarnessError, RequestError, Unsupported
 from harness.report.content import Section
@@ -144,6 +146,25 @@ def verify(  # noqa: PLR0913 - the options of a user
     return run
 
 
+@contextmanager
+def _compiled_chains(*, if_new: bool) -> Iterator[Callable[[], Any]]:
+    """Compile the kernels of chains where they are new, beside this process; yield a wait for it.
+
+    Numba compiles one kernel at a time in a process.
+    """
+    from harness import compiled, solvers  # slow to import: numba
+
+    if not if_new or not compiled.waits_for_compilation(Path(solvers.__path__[0])):
+        yield lambda: None
+        return
+    command = [sys.executable, "-P", "-m", solvers.__name__]
+    with Popen(command, stdout=DEVNULL, stderr=DEVNULL, env=one_thread()) as process:
+        try:
+            yield process.wait
+        finally:
+            process.kill()
+
+
 def _load_report() -> None:
     from harness.report import page
 
@@ -226,10 +247,12 @@ class Session:
         def begin(engine: Engine | None) -> list[str]:
             if engine is not None:
                 return self._qualify(engine)
+            wait()
             self._run("", own)
             return []
 
-        failures = dict(parallel_each(begin, [*engines, None], SIDE_BY_SIDE))
+        with _compiled_chains(if_new=any(own.values())) as wait:
+            failures = dict(parallel_each(begin, [*engines, None], SIDE_BY_SIDE))
         for place, wrong in failures.items():
             if wrong:
                 more = f" and {len(wrong) - 1} more" if wrong[1:] else ""
