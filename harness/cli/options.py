@@ -60,7 +60,8 @@ def _ranges(text: str) -> list[int]:
     """Return the whole numbers of a text as 1-19 or 1,2,5, each once."""
     chosen = dict[int, None]()
     for part in text.split(","):
-        first, last = (int(end) for end in (part.split("-") * 2)[:2])
+        start, dash, end = part.partition("-")
+        first, last = int(start), int(end if dash else start)
         if not 1 <= first <= last <= MOST_NUMBER:
             raise ValueError
         chosen |= dict.fromkeys(range(first, last + 1))

@@ -80,6 +80,7 @@ def verify(
     What was verified before, with the same engines, code and platform, is not verified again: its
     report is written once more. An interrupted verification goes on where it stopped.
     """
+    from harness.results.rows import ENGINE_FAILURES
     from harness.store.cache import keep_verification, kept_verification
 
     with output.output_folder(choice.output) as folder:
@@ -101,7 +102,7 @@ def verify(
                 keep_verification(entries, key, folder, record)
             more |= opening.runs()
     record = {**record, **more}
-    died = [row for row in record["rows"] if row["failure"] == "engine error"]
+    died = [row for row in record["rows"] if row["failure"] in ENGINE_FAILURES]
     if record["status"] == HarnessError.exit_status and not json:
         output.tell(f"{output.name_of(died[0])}: {died[0]['note']}" if died else record["headline"])
     most = len(record["rows"]) if choice.verbose else MOST_ROWS
@@ -109,25 +110,26 @@ def verify(
 
 
 def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
-    """Return the key of a verification; None where an engine has no fingerprint."""
-    from harness.cases.registry import selected_names
+    """Return the key of a verification; None where an engine or a case has no fingerprint."""
+    from harness.cases.registry import homes, selected_names
     from harness.engines.registry import fingerprint_of
     from harness.store.cache import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.settings import selected_engines
 
     request, file = choice.request(), choice.known_defects
+    defects = [committed("inputs/known-defects.toml"), *([file] if file else [])]
     names = selected_engines(choice.engines)
     cases = selected_names(choice.cases or ("all" if choice.only else None))
     engines.check(names, "--engines")
     if file is not None and not file.is_file():
         raise RequestError(f"--known-defects {file}: there is no such file")
     prints = {name: fingerprint_of(name, engines.opening(name)) for name in names}
-    if None in prints.values():
+    if None in prints.values() or set(cases) - homes().keys():
         return None
     return key_of(
         {
             **request,
-            "known_defects": hashlib.sha256(file.read_bytes()).hexdigest() if file else "",
+            "known_defects": [hashlib.sha256(path.read_bytes()).hexdigest() for path in defects],
             "every case": cases,
             "fingerprints": {name: dict(facts or {}) for name, facts in prints.items()},
             "accepted": digest_of_tree(committed("reports/accepted")),

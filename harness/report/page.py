@@ -371,7 +371,7 @@ def defect_sentence(defect: Mapping[str, Any]) -> str:
 def _verify_command(row: Row) -> str:
     path = quote("/".join((row.case, row.setup, row.quantity)))
     engines = "" if row.engine == "harness" else f" --engines {quote(row.engine)}"
-    return f"dem-harness verify --only {path}{engines}"
+    return f"dem-harness verify{' --full' * (row.level == 'full')} --only {path}{engines}"
 
 
 # ---- tables and facts

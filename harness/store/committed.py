@@ -59,8 +59,9 @@ def accept(run: Run, folder: Path | None = None) -> list[Path]:
     texts = {}
     for (engine, version), rows in run.rows.groupby(["engine", "version"], sort=True):
         file = folder / str(engine) / folder_name(str(version)) / ROWS
-        text = rows_text(_merged(read_rows(file) if file.is_file() else table(()), rows, run))
-        if not file.is_file() or text != file.read_bytes().decode("utf-8"):
+        before = read_rows(file) if file.is_file() else table(())
+        text = rows_text(_merged(before, rows, run))
+        if text != rows_text(before):
             texts[file] = text
     write_files({("accept", file): text_writer(text) for file, text in texts.items()})
     return list(texts)

@@ -173,6 +173,7 @@ class Run:
         parts += [f"Nothing was tested in {', '.join(self.untested)}"] if self.untested else []
         is_judged = not self._judged.empty
         parts = parts or ["All verdicts hold" if is_judged else "Nothing was judged"]
+        parts += [f"{name} could not be run" for name, v in self.meta.engines.items() if not v]
         parts += [f"{name} tested nothing" for name in self._idle_engines if is_judged]
         defects, untested = number[Verdict.KNOWN_DEFECT], number[Verdict.NOT_TESTED]
         parts += [f"{defects} known defect{'s' * (defects > 1)}"] if defects else []

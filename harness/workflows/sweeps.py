@@ -50,6 +50,7 @@ from harness.workflows.runs import (
     usual_runner,
 )
 from harness.workflows.settings import (
+    NONE,
     PRESET,
     Point,
     SweepRequest,
@@ -150,7 +151,7 @@ class Sweep(Plottable):
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a table; what a run does not have is NaN."""
         rows = [{k: math.nan if v is None else v for k, v in row.items()} for row in self.rows]
-        return pd.DataFrame(rows)
+        return pd.DataFrame(rows, columns=None if rows else FIXED_COLUMNS)
 
     def summary(self) -> dict[str, str]:
         """Return the number of runs, the case and the engines."""
@@ -183,9 +184,10 @@ class Sweep(Plottable):
         figure = Figure(layout="constrained")
         axes = figure.add_subplot()
         second = [parameter for parameter in over[1:2] if parameter in done]
-        for place, (key, rows) in enumerate(done.groupby(["engine", *second], sort=False)):
+        groups = done.groupby(["engine", *second], sort=False, dropna=False)
+        for place, (key, rows) in enumerate(groups):
             rows = rows.drop_duplicates(across).sort_values(across)
-            engine, *values = key
+            engine, *values = (NONE if value != value else value for value in key)  # NaN
             others = [f"{n} = {v}" for n, v in zip(second, values, strict=True)]
             axes.errorbar(rows[across], rows[column], yerr=rows.get(f"uncertainty_{name}"),
                           ls=":", ms=5, capsize=2, marker=MARKERS[place % len(MARKERS)],

@@ -40,6 +40,7 @@ from harness.engines.base import Engine, job_seconds
 from harness.engines.process import one_thread, parallel_each
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import EngineError, EngineMissingError, HarnessError, RequestError, Unsupported
+from harness.files import check_folder
 from harness.report.content import Section
 from harness.results.defects import KnownDefect
 from harness.results.rows import (
@@ -112,14 +113,16 @@ def verify(  # noqa: PLR0913 - the options of a user
         session = Session(level, only or "*", chosen, load_defects(known_defects), progress)
         opening = open_engine if executor is None else partial(opened_on, executor)
         session.open(selected_engines(engines), opening, stack)
+        everything = ALL in words_in(engines)
+        versions = {n: v for n, v in session.versions.items() if v or not everything}
+        accepted = accepted_rows(versions)
         session.plan()
         check_duration(session.seconds())
         loading = Thread(target=_load_report)
         if output is not None:  # it takes long: engines run meanwhile
+            check_folder(output)
             loading.start()
         session.run()
-        everything = ALL in words_in(engines)
-        versions = {n: v for n, v in session.versions.items() if v or not everything}
         meta = Meta(
             level=level,
             cases=tuple(case.name for case in chosen),
@@ -134,7 +137,7 @@ def verify(  # noqa: PLR0913 - the options of a user
             harness_version=__version__,
         )
         run = Run(table(session.all_rows()), meta, scripts=session.scripts(), logs=session.logs())
-        run = run.against(accepted_rows(versions))
+        run = run.against(accepted)
         if output is not None:
             from harness.report.page import report_files
 
@@ -241,7 +244,8 @@ class Session:
     def run(self) -> None:
         """Run qualifications beside this package's solvers, then cases, then comparisons."""
         tested = {name for (name, _), checks in self.checks.items() if checks}
-        engines = [engine for engine in self.engines if engine.name in tested]
+        compared = any(self.comparisons.values())
+        engines = [engine for engine in self.engines if compared or engine.name in tested]
         own = {key: checks for key, checks in self.checks.items() if key[0] == OWN}
 
         def begin(engine: Engine | None) -> list[str]:
@@ -382,6 +386,8 @@ class Session:
         for case in self.cases:
             if (engine, case.name) not in self.rows:
                 self._add(not_tested(self._blank(engine, case.name), reason))
+        if not any(name == engine for name, _ in self.rows):  # under a pattern of other names
+            self.rows[engine, ""] = [not_tested(self._blank(engine, "engine"), reason)]
 
 
 def returned(case: Case[Any], call: str, *arguments: Any) -> list[Any]:

@@ -31,6 +31,7 @@ BAD = {
     ],
     "impulse": [
         ("--heights 5-1", "--heights '5-1'", "as 1-19, within 1 to 10000"),
+        ("--heights 1-2-9", "--heights '1-2-9'", "as 1-19"),
         ("--heights 1 --heights 0", "--heights '1,0'", "as 1-19"),
         ("--heights 1-9000", "--force", "minutes on one core"),
         ("--figure f.xyz", "--figure f.xyz", ".svg, .png, .pdf"),

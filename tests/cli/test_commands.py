@@ -7,12 +7,15 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import EntryPoint
 
 import pandas as pd
 import pytest
 
+from harness.cases.registry import ENTRY_POINT
 from harness.cli import COMMANDS
 from harness.cli.output import output_folder
+from harness.errors import EngineTimeoutError
 from tests.workflows import doubles
 from tests.workflows.doubles import start
 
@@ -209,6 +212,34 @@ def test_the_same_verification_is_kept_whole(answer, monkeypatch, tmp_path):
         assert not answer("verify", "--engines", "good", *other)["cached"]
     for _ in range(2):  # one in which an engine died is not kept
         assert not answer("verify", "--engines", "dying", status=3)["cached"]
+
+
+def test_a_kept_verification_is_of_these_defects_and_of_cases_of_this_package(
+    answer, monkeypatch, tmp_path
+):
+    def cached(*words):
+        return [answer("verify", "--engines", "good", *words)["cached"] for _ in range(2)]
+
+    assert cached() == [False, True]
+    edited = tmp_path / "known-defects.toml"
+    edited.write_text("# edited")
+    place = {"inputs/known-defects.toml": edited, "reports/accepted": tmp_path / "none"}
+    monkeypatch.setattr("harness.cli.runs.committed", place.__getitem__)
+    assert cached() == [False, True]
+    plugin = EntryPoint("bounce2", f"{doubles.HERE}:BOUNCE2", ENTRY_POINT)  # may change at any time
+    monkeypatch.setattr("harness.cases.registry._plugins", lambda: {"bounce2": plugin})
+    assert cached("--cases", "bounce2") == [False, False]
+
+
+def test_what_failed_in_an_engine_is_told(harness, monkeypatch):
+    def hangs(_, jobs):
+        return [EngineTimeoutError("it did not finish within 1 s") for _ in jobs]
+
+    monkeypatch.setattr(doubles.Dying, "run", hangs)
+    told = harness("verify", "--engines", "dying", status=3).err
+    assert "bounce (200 steps), dying: restitution: out of time: it did not finish" in told
+    told = harness("verify", "--engines", "good,missing", status=3).err
+    assert "All verdicts hold; missing could not be run; 1 not tested" in told
 
 
 def test_diff_and_accept_of_runs(answer, tmp_path):

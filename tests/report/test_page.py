@@ -65,6 +65,9 @@ def test_every_failure_is_on_both_pages_with_reason_and_command(page, files, run
     assert "dem-harness verify --only 'slope/clipped | 50 steps/critical_angle' --engines toy" in (
         page.text
     )
+    full = replace(rows_of(run.rows)[0], verdict=Verdict.FAIL, level="full")
+    (cause,) = causes(entries_of(table([full])), {})
+    assert cause.command.startswith("dem-harness verify --full --only ")
     for text in (page.text, files["report.md"]):
         assert "Walls have no friction. Releases from 2023." in text
         assert "its walls mix no materials" in text

@@ -42,6 +42,12 @@ def test_nothing_is_accepted_of_a_run_in_which_an_engine_died(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_engine_that_tested_nothing_has_no_accepted_run(tmp_path):
+    untested = not_tested(row("b", engine="other", version=""), "other is missing")
+    assert accept(run_of(row("a"), untested), tmp_path) == [tmp_path / "code" / "1" / "rows.csv"]
+    assert [path.name for path in tmp_path.iterdir()] == ["code"]
+
+
 def test_rows_of_the_same_release_are_taken_and_else_of_the_newest(tmp_path):
     versions = {"2 Aug 2023 - Update 3": 1.0, "22 Jul 2025 - Update 4": 2.0, "23 Jun 2022": 3.0}
     for version, value in versions.items():

@@ -75,6 +75,15 @@ def test_an_engine_of_all_may_be_missing_and_a_named_one_not():
         swept({"steps": "100"}, "missing")
 
 
+def test_all_engines_may_be_missing(monkeypatch, tmp_path):
+    alone = {"missing": doubles.ENGINES["missing"]}
+    monkeypatch.setattr("harness.engines.registry.ENGINES", alone)
+    monkeypatch.setattr(doubles.BounceCase, "solvers", ())
+    result = swept({"steps": "100"}, "all", output=tmp_path / "out")
+    assert (result.rows, [*result.missing]) == ([], ["missing"])
+    assert not (tmp_path / "out" / "figure.svg").exists()
+
+
 def test_a_file_has_tables_of_grids(tmp_path):
     file = tmp_path / "sweep.toml"
     file.write_text('case = "bounce"\nquantity = ["time_s"]\n[set]\nrestitution = 0.5\n'
@@ -151,6 +160,15 @@ def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
     assert "measured.csv" in labels
     assert sum("steps" in label for label in labels) == 2
     assert swept({"steps": "100"}, "dying").figure() is None
+
+
+def test_the_figure_shows_runs_without_the_second_parameter():
+    result = swept({"steps": "100,200", "restitution": "0.5,0.6"})
+    for row in result.rows[::2]:
+        row["restitution"] = None
+    labels = [text.get_text() for text in result.draw().axes[0].get_legend().get_texts()]
+    assert [label.partition(", ")[2] for label in labels[-2:]] == [
+        "restitution = none", "restitution = 0.6"]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,12 @@ def test_the_status_of_engines(engines, more, status):
     assert verified(engines, **more).status == status
 
 
+def test_an_engine_that_is_missing_has_its_reason_under_any_pattern():
+    run = verified("missing", only="*restitution")
+    assert run.headline == "Nothing was judged; missing could not be run; 1 not tested"
+    assert [row["note"] for row in records(run)] == ["missing: no program"]
+
+
 def test_an_engine_of_all_may_be_missing(monkeypatch):
     two = {name: doubles.ENGINES[name] for name in ("good", "missing")}
     monkeypatch.setattr("harness.engines.registry.ENGINES", two)
@@ -132,6 +138,14 @@ def test_a_qualification_whose_checks_cannot_be_listed_is_a_row(monkeypatch, err
     assert row["verdict"] == verdict
     assert text in row["note"]
     assert "pass" in verdicts(run, engine="good")  # the rest goes on
+
+
+@pytest.mark.usefixtures("other")
+def test_engines_that_are_only_compared_qualify_as_well(monkeypatch):
+    monkeypatch.setattr(doubles.Second, "checks", lambda *_: [])
+    run = verified("good,off", cases="bounce2")
+    assert verdicts(run, case="bounce", engine="off") == ["fail"]
+    assert "fail" not in verdicts(run, case="bounce2")
 
 
 @pytest.mark.parametrize(
@@ -220,6 +234,20 @@ def test_a_case_whose_comparisons_raise_keeps_its_checks(monkeypatch, comparison
 def test_an_unknown_level_is_refused():
     with pytest.raises(RequestError, match=r"level = 'long'.*quick, default, full"):
         verified(level="long")
+
+
+def test_what_could_not_be_reported_is_refused_before_anything_runs(monkeypatch, tmp_path):
+    def damaged(_):
+        raise RequestError("rows.csv: is cut")
+
+    monkeypatch.setattr(doubles.Good, "ran", 0)
+    (tmp_path / "mine").touch()
+    with pytest.raises(RequestError, match="holds something"):
+        verified(output=tmp_path)
+    monkeypatch.setattr("harness.workflows.verification.accepted_rows", damaged)
+    with pytest.raises(RequestError, match="is cut"):
+        verified()
+    assert doubles.Good.ran == 0
 
 
 def test_the_expected_time_is_told_before_anything_runs(monkeypatch):
