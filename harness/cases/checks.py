@@ -161,15 +161,10 @@ def error_row(blank: Row, error: Exception) -> Row:
     if isinstance(error, Unsupported | EngineMissingError | EngineUndecidedError):
         return not_tested(blank, str(error))
     if isinstance(error, EngineError):
-        return failed_run(blank, error)
+        failure = next(failure for kind, failure in FAILURES if isinstance(error, kind))
+        return failed(blank, failure, f"{error.kind}: {error}", error.log)
     text = str(error) if isinstance(error, CaseError) else f"{type(error).__name__}: {error}"
     return failed(blank, Failure.HARNESS, text)
-
-
-def failed_run(blank: Row, error: EngineError, text: str = "") -> Row:
-    """Return the row of a run that failed: class of the error, its log and its text, or another."""
-    failure = next(failure for kind, failure in FAILURES if isinstance(error, kind))
-    return failed(blank, failure, f"{error.kind}: {text or error}", error.log)
 
 
 # ---- checks at equal steps: each quantity of a run against the reference's

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from harness.cases.bench import OWN
-from harness.cases.checks import failed_run
+from harness.cases.checks import error_row
 from harness.errors import EngineError, Unsupported
 from harness.report.content import Badge
-from harness.results.rows import Kind, Row, Tolerance, Verdict, finding, judge, not_tested
+from harness.results.rows import Kind, Row, Tolerance, Verdict, finding, judge
 
 Floats = NDArray[np.float64]
 
@@ -71,10 +71,8 @@ class Statement:
         row = Row(case=CASE, setup=self.where, quantity=self.key, engine=self.engine,
                   version=self.version, unit=self.unit, kind=self.kind, level="default",
                   note=self.note, uncertainty=self.uncertainty)  # fmt: skip
-        if isinstance(self.value, Unsupported):
-            return [not_tested(row, str(self.value))]
-        if isinstance(self.value, EngineError):
-            return [failed_run(row, self.value)]
+        if isinstance(self.value, Unsupported | EngineError):
+            return [error_row(row, self.value)]
         words = self.printed is None
         exact = (
             "the statement is true or not" if words else "two routes in double precision: round-off"

@@ -24,12 +24,11 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from harness.cases.checks import failed_run
+from harness.cases.checks import error_row
 from harness.engines.lammps_language import error_of
 from harness.engines.process import Limits, Processes, cores, fresh_folder, parallel_map, text_of
 from harness.engines.registry import find_program, program_of_python, program_words
 from harness.errors import (
-    EngineError,
     EngineInputError,
     EngineNaNError,
     EngineOutputError,
@@ -44,7 +43,6 @@ from harness.results.rows import (
     Row,
     Tolerance,
     Verdict,
-    failed,
     joined,
     judge,
     not_tested,
@@ -239,11 +237,8 @@ def _rows(test: UpstreamTest, release: str, lmp: str, newton: str, limits: Limit
     try:
         run = run_test(test, lmp, newton=newton, limits=limits)
         record, motion = _against_record(test, run, record), _against_reference(test, run, motion)
-    except EngineError as error:
-        return [_of_error(error, row) for row in (record, motion)]
     except Exception as error:  # an error of this package must not cost the other tests
-        note = f"{type(error).__name__}: {error}"
-        return [failed(row, Failure.HARNESS, note) for row in (record, motion)]
+        return [_of_error(error, row) for row in (record, motion)]
     if motion.defect and record.verdict is Verdict.FAIL:
         record = _with_defect(record, motion.defect)
     return [record, motion]
@@ -253,11 +248,12 @@ def _with_defect(row: Row, name: str) -> Row:
     return replace(row, verdict=Verdict.KNOWN_DEFECT, failure=Failure.NONE, defect=name)
 
 
-def _of_error(error: EngineError, row: Row) -> Row:
-    text = re.sub(r"(?<=\s)/\S*/", "", str(error))  # without folders of this machine
-    if isinstance(error, EngineInputError) and NOT_THERE.search(str(error)):
+def _of_error(error: Exception, row: Row) -> Row:
+    row = error_row(row, error)
+    text = re.sub(r"(?<=\s)/\S*/", "", row.note)  # without folders of this machine
+    if isinstance(error, EngineInputError) and NOT_THERE.search(text):
         return not_tested(row, f"this release does not have it: {text}")
-    return failed_run(row, error, text)
+    return replace(row, note=text)
 
 
 def _against_record(test: UpstreamTest, run: RunOutput, blank: Row) -> Row:

@@ -27,7 +27,7 @@ from typing import Any
 from harness import __version__
 from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
-from harness.cases.checks import error_row, failed_run, run_checks, selected
+from harness.cases.checks import error_row, run_checks, selected
 from harness.cases.registry import (
     ALL,
     QUALIFYING,
@@ -206,7 +206,7 @@ class Session:
                 self._skip(name, str(error))
             except EngineError as error:
                 self.versions[name] = ""
-                self.rows[name, ""] = [failed_run(self._blank(name, "engine"), error)]
+                self.rows[name, ""] = [error_row(self._blank(name, "engine"), error)]
             else:
                 if engine.name in self.benches:
                     raise RequestError(f"--engines: two engines have the name {engine.name!r}")
