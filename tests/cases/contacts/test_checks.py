@@ -106,16 +106,17 @@ def test_a_planted_fault_turns_a_row(fault):
     "name", ["head-on", "slip-to-roll", "collision", "curved-wall", "pull-off"]
 )
 def test_a_code_with_few_digits_is_held_to_what_they_resolve(name):
-    right = rows_of(case_named(name), FewDigits(declared=Rules()))
-    assert verdicts(right) == {Verdict.PASS}
-    assert all("7 digits" in row.reason for row in right)
-    slower = FewDigits(scaled("step", 0.999), single, declared=Rules())
-    assert Verdict.FAIL in verdicts(rows_of(case_named(name), slower))
+    rows = rows_of(case_named(name), FewDigits(declared=Rules()))
+    assert verdicts(rows) == {Verdict.PASS}
+    assert all("7 digits" in row.reason for row in rows)
 
 
-def test_a_code_that_hides_that_it_has_few_digits_fails():
-    rows = rows_of(case_named("curved-wall"), twin(change_motion=single))
-    assert Verdict.FAIL in verdicts(rows)
+@pytest.mark.parametrize("engine", [
+    FewDigits(scaled("step", 0.999), single, declared=Rules()), twin(change_motion=single),
+], ids=["a longer step", "it does not say so"])  # fmt: skip
+def test_a_fault_of_a_code_with_few_digits_turns_a_row(engine):
+    for name in ("curved-wall", "pull-off"):
+        assert Verdict.FAIL in verdicts(rows_of(case_named(name), engine))
 
 
 def test_a_plug_in_case_is_held_to_what_few_digits_resolve():
