@@ -8,6 +8,7 @@ import pytest
 from harness.cases.bench import Bench
 from harness.cases.checks import equal_steps_checks, run_checks
 from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
+from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineLostAtomsError, Unsupported
 from harness.model.conventions import Rules
 from harness.results.rows import Failure, Kind, Verdict
@@ -158,6 +159,12 @@ def test_conventions_of_an_engine_are_findings_that_name_what_they_move():
 
 
 # ---- LAMMPS
+
+
+@pytest.fixture(scope="module")
+def lammps(lmp_binary):
+    with Lammps(lmp=lmp_binary, workers=1) as engine:
+        yield engine
 
 
 @pytest.mark.live

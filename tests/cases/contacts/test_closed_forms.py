@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from harness.cases.bench import Bench
+from harness.cases.bench import OWN, Bench
 from harness.cases.checks import run_checks
 from harness.cases.contacts import oblique
+from harness.cases.contacts.contact_case import ContactCase
 from harness.results.rows import Kind
 from harness.theory.contact import partial_slip_rebound, stiffness_ratio
-from tests.cases.contacts.common import CASES, case_named, limits, one_of_each
+from tests.cases.contacts.common import CASES, case_named, limits, one_of_each, twin
 
 EXACT = [case for case in CASES if any(case.exact(t.parameters) for t in case.trials)]
 
@@ -109,8 +110,13 @@ def test_rolling_holds_its_torque_while_twisting_slides():
     assert rested == pytest.approx(dashpots * spun / load, rel=1e-6)
 
 
-def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides():
-    case, bench = case_named("oblique"), Bench(None)
+@pytest.fixture(scope="module")
+def bench():
+    return Bench(None)
+
+
+def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides(bench):
+    case = case_named("oblique")
     rows = run_checks(case.name, list(case.own_checks()), bench)
     assert [row.kind for row in rows] == [Kind.FINDING] * len(oblique.LAWS)
     psi = oblique.INCIDENCES
@@ -123,6 +129,19 @@ def test_each_law_is_a_finding_and_is_the_curve_of_partial_slip_where_all_slides
         assert difference[slides] == pytest.approx(0.0, abs=2e-4)
         assert abs(row.difference) == pytest.approx(np.abs(difference).max())
         assert np.abs(difference).max() < 0.5  # laws are no bounds, but stay within half of mu v
+
+
+def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it(bench, monkeypatch):
+    monkeypatch.setattr(ContactCase, "checks_up_to", lambda *_: ())  # of the other impacts
+    case, engine = case_named("oblique"), twin()
+    of_engine = Bench(engine)
+    assert case.drawings({"stand-in": of_engine}) == ()
+    check = next(c for c in case.checks(engine) if c.quantity == "rebound_difference")
+    (row,) = run_checks(case.name, [check], of_engine)
+    assert row.difference == 0.0
+    (drawing,) = case.drawings({"stand-in": of_engine, OWN: bench})
+    labels = drawing.draw().axes[0].get_legend_handles_labels()[1]
+    assert len(labels) == 1 + len(oblique.LAWS) + 1
 
 
 def sliding(name, **fast):

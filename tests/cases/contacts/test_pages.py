@@ -4,7 +4,7 @@ import pytest
 
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import run_checks, selected
-from harness.cases.contacts import oblique, report
+from harness.cases.contacts import report
 from harness.model.conventions import Rules
 from tests.cases.contacts.common import case_named, twin
 
@@ -55,15 +55,3 @@ def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
     assert list(table["convention"]) == ["wall_lever"]
     assert float(table["moves"][0]) > 1e-4
     assert table["formula"][0]
-
-
-def test_the_curve_of_partial_slip_is_drawn_with_the_codes_that_ran_it():
-    case, engine = case_named("oblique"), twin()
-    bench = Bench(engine)
-    assert case.drawings({"stand-in": bench}) == ()
-    check = next(c for c in case.checks(engine) if c.quantity == "rebound_difference")
-    (row,) = run_checks(case.name, [check], bench)
-    assert row.difference == 0.0
-    (drawing,) = case.drawings({"stand-in": bench, OWN: Bench(None)})
-    labels = drawing.draw().axes[0].get_legend_handles_labels()[1]
-    assert len(labels) == 1 + len(oblique.LAWS) + 1
