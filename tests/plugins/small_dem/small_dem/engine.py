@@ -12,39 +12,51 @@ from harness.model.scene import LOOK, Motion
 
 
 @numba.njit(cache=True)
-def forces(x, v, radius, meets, k, eta, clipped, period):
-    """Return the contact force (N, 3) on each sphere.
+def forces(f, x, v, radius, meets, k, eta, clipped, period):
+    """Set the contact force (N, 3) on each sphere.
 
     ``meets`` (N, N) are the pairs that can touch, ``eta`` (N, N) their dashpots [kg/s].
     """
-    f = np.zeros_like(x)
+    f[:], apart = 0.0, np.zeros(3)
     for i in range(len(x)):
         for j in range(i):
             if not meets[i, j]:
                 continue
-            apart = x[i] - x[j]
+            for axis in range(3):
+                apart[axis] = x[i, axis] - x[j, axis]
             if period > 0.0:
                 apart[0] -= period * np.floor(apart[0] / period + 0.5)
-            distance = np.sqrt((apart * apart).sum())
+            distance = np.sqrt(apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2)
             overlap = radius[i] + radius[j] - distance
             if overlap <= 1e-15 * (radius[i] + radius[j]):
                 continue
-            normal = apart / distance
-            push = k * overlap - eta[i, j] * ((v[i] - v[j]) * normal).sum()
+            push = k * overlap
+            for axis in range(3):
+                push -= eta[i, j] * (v[i, axis] - v[j, axis]) * apart[axis] / distance
             push = max(push, 0.0) if clipped else push
-            f[i] += push * normal
-            f[j] -= push * normal
-    return f
+            for axis in range(3):
+                f[i, axis] += push * apart[axis] / distance
+                f[j, axis] -= push * apart[axis] / distance
 
 
 @numba.njit(cache=True)
 def advance(steps, h, x, v, f, mobility, g, law):
     """Take steps in place; the dashpot feels the velocity of half a step ago, as in LAMMPS."""
     for _ in range(steps):
-        v += 0.5 * h * (mobility * f + g)
-        x += h * v
-        f[:] = forces(x, v, *law)
-        v += 0.5 * h * (mobility * f + g)
+        kick(0.5 * h, v, f, mobility, g)
+        for i in range(len(x)):
+            for axis in range(3):
+                x[i, axis] += h * v[i, axis]
+        forces(f, x, v, *law)
+        kick(0.5 * h, v, f, mobility, g)
+
+
+@numba.njit(cache=True)
+def kick(h, v, f, mobility, g):
+    """Change the velocities by a time h under forces (N, 3) and gravity (N, 3)."""
+    for i in range(len(v)):
+        for axis in range(3):
+            v[i, axis] += h * (mobility[i] * f[i, axis] + g[i, axis])
 
 
 class SmallDem(Engine):
@@ -82,11 +94,12 @@ def simulate(scene):
     x, v = (np.array([getattr(body, name) for body in scene.bodies], dtype=float)
             for name in ("position", "velocity"))  # fmt: skip
     free = np.array([body.motion == "free" for body in scene.bodies])
-    mobility = np.array([[moves / b.mass] for moves, b in zip(free, scene.bodies, strict=True)])
+    mobility = np.array([moves / b.mass for moves, b in zip(free, scene.bodies, strict=True)])
     g, radius = free[:, None] * np.array(scene.gravity), [body.radius for body in scene.bodies]
     law = (np.array(radius), partners(scene, free), scene.law.normal_stiffness, dashpots(scene),
            scene.law.clipped, scene.period[0] or 0.0)  # fmt: skip
-    f = forces(x, v, *law)
+    f = np.zeros_like(x)
+    forces(f, x, v, *law)
     path, stages, checked = [(0, x.copy(), v.copy(), f.copy())], None, 1
     for step in stops(scene):
         advance(step - path[-1][0], scene.step, x, v, f, mobility, g, law)
