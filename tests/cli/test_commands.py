@@ -78,11 +78,11 @@ def test_ctrl_c_while_the_command_line_is_imported_is_a_line(tmp_path):
 
 
 def test_json_is_all_of_stdout_where_stderr_is_closed():
-    shell = f"{sys.executable} -m harness theory --shock 2 --json 2>&-"
+    shell = f"{sys.executable} -m harness engines --program nix=x --json 2>&-"
     done = subprocess.run(["sh", "-c", shell], capture_output=True, text=True, check=False)
     record = json.loads(done.stdout)
     assert record["status"] == done.returncode == 2
-    assert "shock = 2.0" in record["error"]
+    assert "--program nix" in record["error"]
 
 
 def test_two_reports_of_one_second_have_two_folders(tmp_path, monkeypatch):
