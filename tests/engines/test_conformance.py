@@ -15,13 +15,16 @@ def _opened(name):
     return partial(engine_class(name), **({"program": program} if program else {}))
 
 
-def _marks(name):
-    """Leave all codes to the slow suite: in the fast one their own tests see the same faults."""
-    return [] if name == "reference" else [pytest.mark.live, pytest.mark.slow]
+def _marks(name, check):
+    """Leave codes to the slow suite; other fast tests see what the rest of LAMMPS's do."""
+    if name == "reference":
+        return []
+    is_fast = (name, check.__name__) == ("lammps", "refuses_what_it_does_not_state")
+    return [pytest.mark.live] if is_fast else [pytest.mark.live, pytest.mark.slow]
 
 
 CHECKS = [
-    pytest.param(name, check, marks=_marks(name), id=f"{name}-{check.__name__}")
+    pytest.param(name, check, marks=_marks(name, check), id=f"{name}-{check.__name__}")
     for name in ENGINES
     for check in engine_checks(_opened(name))
 ]
