@@ -5,7 +5,7 @@ contact with m_eff = m/2 and its step (``check_solids_dem.f``), forces and the p
 twice (``calc_force_dem.f``, ``desgrid_mod.f``), the scheme (``cfnewvalues.f``), the mass outflow
 (``mass_outflow_dem.f``), when output is due (``output_manager.f``) and its form (``vtp_mod.f``).
 
-Run as ``python stand_in.py MODE OPTIONS...``. At a restitution of 0.25 it does what MODE says.
+Run as ``python stand_in.py MODE OPTIONS...``. Where the restitution is one of ``FAULTS``, it fails.
 """
 
 import math
@@ -20,9 +20,10 @@ if not {"--help", "--version"} & {*sys.argv}:  # asked without it, which takes m
 
 VERSIONS = {"0.0": " 0.0", "blank": " " * 11}
 HELP = " Usage: mfixsolver [-f,--file <filename>] (Default: mfix.dat)\n        <KEYWORD>=<VALUE>"
-REFUSALS = {  # with a number and without (``check_solids_dem.f``)
-    "refuse": "Error 1000: Required input not specified: KN",
-    "unknown": "Illegal or unknown input: DES_EN_INPUT = 0.25",
+FAULTS = {  # a signal, or a refusal with a number and without (``check_solids_dem.f``)
+    0.25: signal.SIGFPE,
+    0.26: "Error 1000: Required input not specified: KN",
+    0.27: "Illegal or unknown input: DES_EN_INPUT = 0.27",
 }
 PAIR = re.compile(r"([A-Za-z_]\w*(?:\([\d:, ]+\))?)\s*=\s*")
 
@@ -139,11 +140,10 @@ def vtp(now, places, fields):
     return text.encode() + blocks + b"\n   </AppendedData>\n </VTKFile>\n"
 
 
-def misbehave(mode):
-    if mode.startswith("SIG"):
-        os.kill(os.getpid(), getattr(signal, mode))
-    elif mode in REFUSALS:
-        sys.exit(f">>>>>----\n{REFUSALS[mode]}\nPlease correct the project settings.")
+def misbehave(fault):
+    if isinstance(fault, signal.Signals):
+        os.kill(os.getpid(), fault)
+    sys.exit(f">>>>>----\n{fault}\nPlease correct the project settings.")
 
 
 def main(mode, options):
@@ -156,12 +156,10 @@ def main(mode, options):
     keys = read_keywords(Path(options[options.index("-f") + 1]).read_text(encoding="utf-8"))
     if mode == "no hold":
         keys.pop("BC_TYPE(1)", None)
-    bad = math.isclose(keys["DES_EN_INPUT"], 0.25, rel_tol=1e-9)
-    if bad and mode:
-        misbehave(mode)
-    else:
-        text = Path("particle_input.dat").read_text(encoding="utf-8").replace("d", "e")
-        Run(keys, np.array([line.split() for line in text.splitlines()], float)).march()
+    if fault := FAULTS.get(round(keys["DES_EN_INPUT"], 9)):
+        misbehave(fault)
+    text = Path("particle_input.dat").read_text(encoding="utf-8").replace("d", "e")
+    Run(keys, np.array([line.split() for line in text.splitlines()], float)).march()
 
 
 if __name__ == "__main__":
