@@ -19,6 +19,8 @@ from harness.errors import EngineTimeoutError
 from tests.workflows import doubles
 from tests.workflows.doubles import start
 
+# without loss: no limit of small steps is searched, which takes most of a run
+RUN = ("run", "bounce", "--set", "restitution=1")
 SWEEP = ("sweep", "bounce", "--over", "restitution=0.2,0.8", "--engines", "good,exact")
 
 
@@ -117,14 +119,14 @@ def test_the_keys_of_a_run(answer):
 
 
 def test_the_usual_engine_is_lammps_or_a_solver_where_it_cannot(answer, monkeypatch):
-    assert answer("run", "bounce")["engine"] == "lammps"
+    assert answer(*RUN)["engine"] == "lammps"
     monkeypatch.setattr("harness.workflows.runs.takes_job", lambda *_: False)
-    assert answer("run", "bounce")["engine"] == "exact"
+    assert answer(*RUN)["engine"] == "exact"
 
 
 def test_files_of_a_run(harness, tmp_path):
     words = ("--profile", "p.csv", "--script", "in.run", "--film", "f.png", "--frames", "5")
-    harness("run", "bounce", "--engine", "good", *words)
+    harness(*RUN, "--engine", "good", *words)
     profile = (tmp_path / "p.csv").read_text().splitlines()
     assert (profile[0], len(profile)) == ("time_s", 202)
     assert (tmp_path / "in.run").read_text() == "run 200\n"
@@ -136,15 +138,15 @@ def test_files_of_a_run(harness, tmp_path):
     [("off", "its result is not to be used"), ("dying", "SIGSEGV"), ("missing", "no program")],
 )
 def test_an_engine_that_does_not_qualify_dies_or_is_missing_is_status_3(harness, engine, words):
-    assert words in harness("run", "bounce", "--engine", engine, status=3).err
+    assert words in harness(*RUN, "--engine", engine, status=3).err
 
 
 def test_a_run_that_takes_more_than_ten_minutes_is_refused(harness, monkeypatch):
     slow = doubles.replace(doubles.Good.traits, microseconds_per_step=1e7)
     monkeypatch.setattr(doubles.Good, "traits", slow)
-    text = harness("run", "bounce", "--engine", "good", status=2).err
+    text = harness(*RUN, "--engine", "good", status=2).err
     assert "33.3 minutes on one core, 10 minutes are the limit" in text
-    harness("run", "bounce", "--engine", "good", "--force")
+    harness(*RUN, "--engine", "good", "--force")
 
 
 # ---- sweep
