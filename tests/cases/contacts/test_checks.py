@@ -1,12 +1,13 @@
-"""Checks of the contact cases: one row of each, and a table of planted faults that turn rows."""
+"""Checks of the contact cases: one row of each, planted faults that turn rows; their pages."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from harness.cases.bench import Bench
-from harness.cases.checks import equal_steps_checks, run_checks
+from harness.cases.bench import OWN, Bench
+from harness.cases.checks import equal_steps_checks, run_checks, selected
+from harness.cases.contacts import report
 from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineLostAtomsError, Unsupported
@@ -181,3 +182,54 @@ def test_variations_of_lammps_hold_and_a_list_thinner_than_the_neck_is_among_the
     rows = rows_of(case, lammps, "default", only="head-on/jkr, two spheres/*")
     assert {"thin skin", "newton on", "restarted", ""} <= {row.check for row in rows}
     assert {row.verdict for row in rows if row.check != "restarted"} == {Verdict.PASS}
+
+
+# ---- pages: what stands in matrices, codes by laws, conventions
+
+
+def slower(_, motion):
+    """Return a motion with velocities off by 1e-3: a code that is wrong everywhere."""
+    motion.velocity[1:] *= 1.0 - 1e-3
+    return motion
+
+
+def ran(engine, case, level="quick"):
+    """Return a bench in which an engine has run the checks of a case."""
+    bench = Bench(engine)
+    checks = selected(case.name, case.checks_up_to(engine, level), level)
+    run_checks(case.name, checks, bench)
+    return bench
+
+
+@pytest.fixture(scope="module")
+def benches():
+    case = case_named("slip-to-roll")
+    right, wrong = twin(declared=Rules(wall_lever="height")), twin(change_motion=slower)
+    right.traits = wrong.traits
+    return {"right": ran(right, case), "wrong": ran(wrong, case), OWN: Bench(None)}
+
+
+def test_a_matrix_has_the_laws_that_were_run_and_how_far_each_is_from_the_reference(benches):
+    case = case_named("slip-to-roll")
+    section = report.case_section(case, {"right": benches["right"]})
+    (table,) = section.tables
+    quick = [trial.law for trial in case.trials if trial.level == "quick"]
+    assert list(table.frame["law"]) == quick
+    assert all(float(cell) <= 1e-9 for cell in table.frame["wall"])
+    assert not report.case_section(case_named("drag"), {"right": benches["right"]}).tables
+
+
+def test_codes_by_laws_count_rows_within_and_beyond_the_tolerance(benches):
+    case = case_named("slip-to-roll")
+    codes = {name: bench for name, bench in benches.items() if name != OWN}
+    table = report.codes_by_laws([case], codes).set_index("law")
+    total = sum(len(sizes) for _, sizes in report.differences([case], benches["right"]))
+    assert table.loc["all laws", "right"].startswith(f"{total} rows, ")
+    assert table.loc["all laws", "wrong"].endswith("beyond")
+
+
+def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
+    table = report.conventions([case_named("slip-to-roll")], {"right": benches["right"]})
+    assert list(table["convention"]) == ["wall_lever"]
+    assert float(table["moves"][0]) > 1e-4
+    assert table["formula"][0]

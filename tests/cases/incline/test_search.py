@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,7 +12,7 @@ from harness.cases.incline import search
 from harness.cases.incline.angle import extrapolate
 from harness.cases.incline.case import CASE
 from harness.cases.incline.closed_form import rigid_angle
-from harness.cases.incline.runs import Fate
+from harness.cases.incline.runs import Fate, Run
 from harness.cases.incline.search import (
     Ladder,
     angle_on,
@@ -22,18 +23,42 @@ from harness.cases.incline.search import (
     prepared,
 )
 from harness.cases.incline.system import Incline
+from harness.engines.base import Output
+from harness.engines.output import Provenance
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineOutputError, RequestError
 from harness.model.law import PLASTIC, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as by_events
 from harness.theory.incline import critical_angle as closed_form
-from tests.cases.incline.doubles import EnergyMap
+from harness.theory.incline import passage_margin
 from tests.engine_doubles import Crashing, Twin
 
 COARSE, SOFT = Incline(steps_per_contact=10.0), Incline(stiffness=1e5)
 MOVES, TRAPPED = Fate.MOVES_ON, Fate.TRAPPED
 METHODS = ("passage", "steady")
+
+
+MAP = Output((), Provenance("map", "1"))
+
+
+class EnergyMap:
+    """Measures cases by the energy map of the theory, with jitter, or by a fate of the angle."""
+
+    def __init__(self, shock=0.25, shift=None, fate=None, margin=None, touching=True):
+        self.shock, self.shift, self.fate = shock, shift or (lambda _: 0.0), fate
+        self.margin, self.touching, self.cases = margin, touching, []
+
+    def __call__(self, cases):
+        self.cases += cases
+        return [self._run(case) for case in cases]
+
+    def _run(self, case):
+        angle = case.angle + self.shift(case)
+        left = self.margin(angle) if self.margin else passage_margin(angle, self.shock)
+        fate = Fate.MOVES_ON if left >= 0.0 else Fate.TRAPPED
+        fate = self.fate(case.angle) if self.fate else fate
+        return Run(case, fate, left, self.touching, 1.0, 10, np.empty(0), MAP)
 
 
 def sawtooth(height_deg, at=0.0):

@@ -14,11 +14,9 @@ from harness.solvers import contacts, reference
 from harness.theory import contact
 from tests.theory import closed_forms
 from tests.solvers.reference.scenes import (
-    G, HERTZ, HOOKE, JKR, LINEAR, MASS, R, RHO, STILL, VISCOUS, final, guided,
+    G, HERTZ, JKR, LINEAR, MASS, R, RHO, STILL, VISCOUS, final, guided,
     impact,
 )  # fmt: skip
-
-UNDAMPED = HOOKE.replace(tangential="linear_history", tangential_stiffness=2e5 / 7, friction=0.3)
 
 
 def relaxing(clipped):
@@ -87,9 +85,6 @@ def test_unloading_of_mindlin(name, power):
     force, ratio = reference.run(scene).force[-1, 0, 0], math.sqrt(0.5)
     first = 8.0 * law.moduli[1] * math.sqrt(R * 1e-5) * 1e-6
     assert -force == pytest.approx(first * ratio**power, rel=1e-9)
-
-
-# ---- rolling, twisting
 
 
 # ---- surroundings
