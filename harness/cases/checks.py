@@ -5,8 +5,9 @@ engine's error: a failed row with its log. Any other error: a harness error.
 
 Rows that share the scenes of their jobs are one run. Where one of them fails, the reference is run
 with the switch of each defect that may act there. The run has a defect where all its rows that are
-compared with other codes hold with the switch. A row without a scene can only have the error of a
-defect, or one that is undetermined.
+compared with other codes hold with the switch. A search, which runs more scenes than its first
+ones, has the defect with which the reference gives its value. A row without a scene can only have
+the error of a defect, or one that is undetermined.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ import numpy as np
 
 from harness.cases.base import LEVELS, Case, CaseError, Check, Level, Quantity, Value
 from harness.cases.bench import Bench, output_of
-from harness.engines.base import Engine
+from harness.engines.base import Engine, Job, Output
 from harness.engines.process import cores, parallel_map
 from harness.errors import (
     EngineError,
@@ -66,6 +67,7 @@ P = TypeVar("P", bound=Parameters)
 Values = Callable[["Motion"], Mapping[str, float]]  # the quantities of a motion
 Key = tuple[str, str, str, str, str]  # of a row
 ROUND_OFF = 1e-9  # of the scale of a quantity
+SAME_VALUE = 1e-8  # of the value of a search: the round-off of its runs
 REASON = "both take the same steps: what differs is round-off, or a fault"
 FULL_DIGITS = 15  # from which on what is cut is round-off
 DIGIT_DRAWS = 8
@@ -342,6 +344,7 @@ class _Run:
         if dead := [row for row in failing if math.isnan(row.value)]:
             return self._marked({row.key: error_defect(self.defects, row.note) for row in dead})
         defect = explanation(self.defects, self.trial) if self.trial else None
+        defect = defect or next(filter(self._is_given_by, self.defects), None)
         defect = defect or next((d for d in self.defects if d.undetermined), None)
         deciding = {row.key: row.quantity for _, row in self.deciding if row in failing}
         if defect is None:
@@ -418,6 +421,19 @@ class _Run:
         bench = self.bench.substituting(motions)
         return all(_passes(bench, check, row) for check, row in self.deciding)
 
+    def _is_given_by(self, defect: KnownDefect) -> bool:
+        """Return whether the reference gives the values that fail, with a switch and only so."""
+
+        def gives(*defects: KnownDefect) -> bool:
+            bench = _ReferenceBench(self.bench.engine, defects)
+            failing = [pair for pair in self.judged if pair[1].verdict is Verdict.FAIL]
+            errors = [abs(row_in(bench, check, row).value - row.value) for check, row in failing]
+            sizes = [min(row.tolerance, SAME_VALUE * abs(row.value)) for _, row in failing]
+            return all(error <= size for error, size in zip(errors, sizes, strict=True))
+
+        is_search = len(self.judged[0][0].jobs) > 1
+        return is_search and defect.switched and gives(defect) and not gives()
+
     def _passing_rules(self) -> str:
         if not self.trial or len(self.trial.rules) != 1:
             return ""
@@ -426,6 +442,24 @@ class _Run:
             return ""
         names = self.trial.passing_rules()
         return f"passes under {', or under '.join(names)}" if names else ""
+
+
+class _ReferenceBench(Bench):
+    """The reference with the switches of defects, in the place of an engine."""
+
+    def __init__(self, engine: Engine, defects: Sequence[KnownDefect]) -> None:
+        super().__init__(engine)
+        self._defects = defects
+
+    def prepare(self, jobs: Sequence[Job]) -> None:
+        pass  # the reference runs a scene where its output is needed
+
+    def outcomes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
+        return [self.reference_output(self.engine.scene_of(job)) for job in jobs]
+
+    def reference(self, scene: Scene) -> Motion:
+        trial = Trial({scene: self.rules(scene)}, bool)
+        return self._memo(scene, lambda: trial.motions(self._defects)[scene])
 
 
 def _passes(bench: Bench, check: Check, row: Row) -> bool:

@@ -105,6 +105,26 @@ def test_another_size_and_a_closed_form_that_fails_alone_are_failures():
     assert verdicts(rows) == ["known defect"] * 3 + ["fail"]
 
 
+@pytest.mark.parametrize("kind", [Kind.CROSS_CODE, Kind.ANALYTIC])
+def test_a_search_with_the_value_of_the_switch_is_the_known_defect(kind):
+    later = TSUJI.replace(step=0.9 * TSUJI.step)  # that a search runs after its first jobs
+    law = weighted(reference.run(later), "velocity")
+    expected = law if kind is Kind.ANALYTIC else lambda b: weighted(b.reference(later), "velocity")
+    search = Check(
+        setup="hertz, tsuji, wall", quantity="angle", unit="deg", tolerance=NARROW, kind=kind,
+        measure=lambda b: weighted(b.motion(scene_job(later)), "velocity"), expected=expected,
+        jobs=(scene_job(TSUJI), scene_job(SLIDING)),
+    )  # fmt: skip
+
+    def verdict(search, engine):
+        (row,) = run_checks("head-on", [search], Bench(engine), version="2023", defects=(WEAK,))
+        return str(row.verdict), row.defect
+
+    assert verdict(search, Code(TSUJI_FAULT)) == ("known defect", "weak")
+    assert verdict(search, Code(TSUJI_FAULT, factor=1.0 + 1e-6)) == ("fail", "")
+    assert verdict(replace(search, expected=1.01 * law), Code()) == ("fail", "")
+
+
 def test_a_run_that_holds_where_the_switch_moves_it_is_fixed():
     rows = rows_of(Code())
     assert verdicts(rows) == ["fixed", "fixed", "pass", "pass"]
