@@ -84,15 +84,18 @@ class Meta(Parameters):
     def covers(self, rows: pd.DataFrame) -> Mask:
         """Return which rows, by key and level, were requested, shape (rows,).
 
-        The ``check`` of a row that compares two engines is the name of the second: such a row is
-        covered where both were run.
+        The ``check`` of a row that compares two engines is or ends with the name of the second,
+        as in "over Yade": such a row is covered where both were run. The word ``reference`` alone
+        is a route.
         """
+        checks = " " + rows["check"].str.lower()
+        others = tuple(f" {name}" for name in self.left_out if name != "reference")
         levels = LEVELS[: LEVELS.index(self.level) + 1] if self.level in LEVELS else LEVELS
         inside = (
             rows["case"].isin(self.cases)
             & rows["engine"].isin(list(self.engines))
             & rows["level"].isin(["", *levels])
-            & ~rows["check"].isin(self.left_out)
+            & ~checks.str.endswith(others)
         )
         if self.only != "*":
             paths = rows["case"] + "/" + rows["setup"] + "/" + rows["quantity"]

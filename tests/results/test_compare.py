@@ -120,6 +120,18 @@ def test_a_row_that_was_not_requested_is_not_comparable(other):
     assert [*missing["change"], *appeared["change"]] == [Change.NOT_COMPARABLE] * 2
 
 
+@pytest.mark.parametrize(
+    ("check", "change"),
+    [("reference", Change.WORSE), ("over Kratos", Change.WORSE), ("over Yade", None),
+     ("under the rules of Yade, over Yade", None), ("yade", None)],
+)  # fmt: skip
+def test_a_row_that_is_missing_is_worse_unless_its_other_engine_was_left_out(check, change):
+    covers = REQUEST.replace(left_out=("yade", "reference")).covers
+    accepted = table([row(check=check)])
+    changes = compare(accepted, accepted.iloc[:0], covers_after=covers)
+    assert list(changes["change"]) == [change or Change.NOT_COMPARABLE]
+
+
 def test_the_gravest_change_stands_first_and_the_largest_of_a_class():
     after = rows(("shock", row("shock", 10.2)), ("time", recorded("time", 3.1, WIDE)),
                  ("angle", None), ("sink", row("sink")),
