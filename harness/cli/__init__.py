@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 
+gc.set_threshold(20_000)  # imports and runs leave few cycles: looking for them took a twentieth
 # threads of the linear algebra cost a sixth of the time, of matrices as small as these
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
