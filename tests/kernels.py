@@ -1,9 +1,13 @@
 """Compile the kernels that most tests need, each set of them in one worker of xdist.
 
 In a new home they take more than a minute of a core, which each worker would spend on all of them.
+In a new clone Hypothesis makes a table of all characters, for 3 s, and keeps it: likewise.
 """
 
 import fcntl
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from harness.cases.incline.columns import Columns, scene_of
 from harness.cases.tower.parameters import LAWS, Tower
@@ -20,6 +24,7 @@ SETS = {
     # contact times are by the forces of the reference
     "reference": lambda: [*(reference.run(resting(law, 1e-3, 10)) for law in (HOOKE, HERTZ)),
                           contact_time(touching(HERTZ))],
+    "characters": settings(max_examples=1, database=None)(given(st.text())(lambda _: None)),
     "rigid": lambda: hard_sphere.critical_angle(0.1),
     "columns": lambda: run_columns(scene_of(Columns(n=1, stiffness=1e4)), 1),
 }  # fmt: skip
