@@ -46,9 +46,9 @@ def accepted_rows(engines: Mapping[str, str], folder: Path | None = None) -> pd.
 def accept(run: Run, folder: Path | None = None) -> list[Path]:
     """Merge the rows of a run into the accepted runs; return the files that changed.
 
-    An accepted row in the scope of the run that it lacks is dropped; a row that the run has and
-    did not test stays as it was. Raise RequestError for a run in which an engine died, where a
-    file cannot be written, and for the accepted runs of an installed package.
+    An accepted row in the scope of the run that it lacks is dropped; a row, or a case as a whole,
+    that the run did not test stays as it was. Raise RequestError for a run in which an engine died,
+    where a file cannot be written, and for the accepted runs of an installed package.
     """
     if folder is None and not is_checkout():
         place = f"{committed(ACCEPTED)} belongs to the installed package"
@@ -79,8 +79,10 @@ def _release(file: Path) -> tuple[int, ...]:
 def _merged(before: pd.DataFrame, rows: pd.DataFrame, run: Run) -> pd.DataFrame:
     keys = list(KEY)
     present = pd.MultiIndex.from_frame(before[keys]).isin(pd.MultiIndex.from_frame(rows[keys]))
-    remaining = before[present | ~run.meta.covers(before)]
-    tested = rows[rows["verdict"] != Verdict.NOT_TESTED]
+    is_whole = rows["setup"] == ""  # of a case whose checks were not run
+    untested = before["case"].isin(rows[is_whole]["case"])
+    remaining = before[present | untested | ~run.meta.covers(before)]
+    tested = rows[~is_whole & (rows["verdict"] != Verdict.NOT_TESTED)]
     tested = tested.assign(reason="", note="", log="")  # texts lie with the run and its checks
     merged = pd.concat([remaining, tested]) if len(remaining) else tested
     return merged.drop_duplicates(keys, keep="last")[list(COLUMNS)]

@@ -7,7 +7,7 @@ import pytest
 from harness import files
 from harness.errors import RequestError
 from harness.results.compare import Change
-from harness.results.rows import not_tested
+from harness.results.rows import Failure, failed, not_tested
 from harness.store.committed import accept, accepted_rows, defect_script, known_defects
 from harness.store.runs import Run
 from tests.results.rows import row, rows
@@ -34,6 +34,14 @@ def test_accepting_drops_missing_rows_of_the_scope_and_keeps_the_rest(tmp_path):
     assert sorted(accepted_rows({"code": "1"}, tmp_path)["quantity"]) == ["a", "b", "c", "d"]
     accept(run_of(row("a")), tmp_path)
     assert sorted(accepted_rows({"code": "1"}, tmp_path)["quantity"]) == ["a", "c", "d"]
+
+
+def test_a_case_that_was_not_tested_keeps_its_accepted_rows(tmp_path):
+    accept(run_of(row("a"), row("b")), tmp_path)
+    whole = row("", setup="")
+    for untested in (not_tested(whole, "not qualified"), failed(whole, Failure.HARNESS, "raised")):
+        assert accept(run_of(untested), tmp_path) == []
+    assert list(accepted_rows({"code": "1"}, tmp_path)["quantity"]) == ["a", "b"]
 
 
 def test_nothing_is_accepted_of_a_run_in_which_an_engine_died(tmp_path):
