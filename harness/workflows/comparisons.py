@@ -98,7 +98,10 @@ def diff(*runs: str | Path | Run, accepted: Path | None = None) -> Comparison:
     names, read = [*stored], [*stored.values()]
     if with_accepted:
         names.insert(0, ACCEPTED_RUN)
-        steps = [_changes_from_accepted(read[0], accepted or committed(ACCEPTED))]
+        folder, engines = accepted or committed(ACCEPTED), read[0].meta.engines
+        if not any((folder / engine).is_dir() for engine in engines):
+            raise RequestError(f"diff: {folder} has no accepted run of {', '.join(engines)}")
+        steps = [read[0].changes_from_accepted(accepted_rows(engines, folder))]
         status = int(not regressions(steps[0]).empty)
     else:
         steps = [after.changes_from(before) for before, after in pairwise(read)]
@@ -191,12 +194,6 @@ def _runs_by_name(runs: Sequence[str | Path | Run]) -> dict[str, Run]:
     ]
     read = [run if isinstance(run, Run) else read_run(Path(run)) for run in runs]
     return dict(zip(distinct, read, strict=True))
-
-
-def _changes_from_accepted(run: Run, folder: Path) -> pd.DataFrame:
-    if not any((folder / engine).is_dir() for engine in run.meta.engines):
-        raise RequestError(f"diff: {folder} has no accepted run of {', '.join(run.meta.engines)}")
-    return run.changes_from_accepted(accepted_rows(run.meta.engines, folder))
 
 
 def _facts(meta: Meta) -> dict[str, str]:
