@@ -72,7 +72,6 @@ MEANINGS = {
     Failure.TIMEOUT: "The run did not finish within its time limit.",
     Failure.MEMORY: "The run exceeded its memory limit.",
     Failure.HARNESS: "The harness failed, not the engine.",
-    Failure.MISSING: "The accepted run has the row, this run does not.",
 }
 
 

@@ -56,7 +56,6 @@ class Failure(StrEnum):
     TIMEOUT = "out of time"
     MEMORY = "out of memory"
     HARNESS = "harness error"
-    MISSING = "missing"
 
 
 ENGINE_FAILURES = frozenset({Failure.ENGINE, Failure.TIMEOUT, Failure.MEMORY, Failure.WRONG_INPUT})
