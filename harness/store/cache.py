@@ -160,13 +160,14 @@ class CachedEngine(Engine):
 def run_key(engine: Engine, job: Job, fingerprint: Mapping[str, Any]) -> str:
     """Return the key of a run: job, engine, platform, and the source that reads it."""
     template = job.template
+    scene = None if engine.has_template(template) else job.scene  # a script has its values
     return key_of(
         {
             "template": [template.package, template.name],
             "variant": job.variant,
             "defaults": dict(template.variants.get(job.variant or template.main, {})),
             "values": dict(job.values),
-            "scene": None if job.scene is None else job.scene.model_dump(mode="json"),
+            "scene": scene and scene.model_dump(mode="json"),
             "sampled": job.sampled,
             "script": engine.script_digest(job),
             "engine": dict(fingerprint),
