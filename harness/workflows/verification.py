@@ -246,16 +246,16 @@ class Session:
         tested = {name for (name, _), checks in self.checks.items() if checks}
         compared = any(self.comparisons.values())
         engines = [engine for engine in self.engines if compared or engine.name in tested]
-        own = {key: checks for key, checks in self.checks.items() if key[0] == OWN}
+        of_solvers = {key: checks for key, checks in self.checks.items() if key[0] == OWN}
 
         def begin(engine: Engine | None) -> list[str]:
             if engine is not None:
                 return self._qualify(engine)
             wait()
-            self._run("", own)
+            self._run("", of_solvers)
             return []
 
-        with _compiled_chains(if_new=any(own.values())) as wait:
+        with _compiled_chains(if_new=any(of_solvers.values())) as wait:
             failures = dict(parallel_each(begin, [*engines, None], SIDE_BY_SIDE))
         for place, wrong in failures.items():
             if wrong:
@@ -265,7 +265,7 @@ class Session:
                 self._skip(name, f"not qualified: {wrong[0]}{more}")
         if any(failures.values()):
             self._plan_comparisons()
-        done = {*own, *((engine.name, case) for engine in engines for case in QUALIFYING)}
+        done = {*of_solvers, *((engine.name, case) for engine in engines for case in QUALIFYING)}
         rest = (k for k in self.checks if k not in done and k[0] in self.benches)
         self._run("", {key: self.checks[key] for key in rest})
         self._run("comparisons", self.comparisons)
