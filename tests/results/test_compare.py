@@ -146,7 +146,7 @@ def test_the_gravest_change_stands_first_and_the_largest_of_a_class():
     assert size == pytest.approx(0.1 / 5e-10)
 
 
-@settings(max_examples=8)  # tables of pandas: 30 ms each
+@settings(max_examples=5)  # tables of pandas: 30 ms each
 @given(old=NUMBERS, new=NUMBERS, width=st.floats(0.0, 1e3))
 def test_the_class_of_two_recorded_values(old, new, width):
     blank = Row(case="c", setup="s", quantity="q", engine="e", tolerance=width,
@@ -161,7 +161,7 @@ def test_the_class_of_two_recorded_values(old, new, width):
         assert change == (Change.WITHIN if abs(new - old) <= width else Change.MOVED)
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(SEVERAL, SEVERAL)
 def test_a_table_has_its_rows_and_each_key_of_two_tables_one_change(first, second):
     assert repr(rows_of(table(first))) == repr(first)

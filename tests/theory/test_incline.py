@@ -284,7 +284,7 @@ def test_from_the_bound_on_the_grain_rolls_and_the_closed_form_holds(half, inert
     assert below > closed * (1 + 1e-6)
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(HALF_ANGLES, INERTIAS)
 def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
     frictionless = incline.critical_angle_without_loss(half, 0.0)

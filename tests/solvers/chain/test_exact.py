@@ -118,7 +118,7 @@ def test_what_it_cannot_do():
 # ---- laws that hold for every chain, also in steps
 
 
-few = settings(max_examples=12)
+few = settings(max_examples=8)
 laws = st.sampled_from(LAWS)
 
 
@@ -142,7 +142,7 @@ def towers(draw, base=("fixed", "free"), tallest=8):
     )  # fmt: skip
 
 
-@settings(max_examples=8)  # steps are the dearest part of this room
+@settings(max_examples=6)  # steps are the dearest part of this room
 @given(towers())
 def test_energy_is_conserved_and_the_solvers_agree(case):
     run, stepped = by_modes(case, 2.0), by_steps(case, 2.0, 8000.0)
