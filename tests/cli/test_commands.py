@@ -21,6 +21,7 @@ from tests.workflows.doubles import start
 
 # without loss: no limit of small steps is searched, which takes most of a run
 RUN = ("run", "bounce", "--set", "restitution=1")
+QUICK = ("verify", "--quick", "--engines", "good")
 SWEEP = ("sweep", "bounce", "--over", "restitution=0.2,0.8", "--engines", "good,exact")
 
 
@@ -190,7 +191,7 @@ def test_a_file_and_options_on_top(answer, tmp_path):
 
 
 def test_a_verification_is_printed_and_leaves_a_folder(answer, harness, tmp_path):
-    record = answer("verify", "--quick", "--engines", "good", "--output", "mine", "--png")
+    record = answer(*QUICK, "--output", "mine", "--png")
     assert (record["status"], record["headline"]) == (0, "All verdicts hold")
     assert {"case", "setup", "quantity", "engine", "check", "verdict"} <= set(record["rows"][0])
     assert {path.name for path in (tmp_path / "mine").iterdir()} == {
@@ -203,24 +204,24 @@ def test_a_verification_is_printed_and_leaves_a_folder(answer, harness, tmp_path
 
 
 def test_the_same_verification_is_kept_whole(answer, monkeypatch, tmp_path):
-    first = answer("verify", "--engines", "good", "--output", "one")
+    first = answer(*QUICK, "--output", "one")
     monkeypatch.setattr(doubles.Good, "ran", 0)
-    again = answer("verify", "--engines", "good", "--output", "two")
+    again = answer(*QUICK, "--output", "two")
     assert (first["cached"], again["cached"]) == (False, True)
     texts = [(tmp_path / name / "rows.csv").read_bytes() for name in ("one", "two")]
     assert texts[0] == texts[1]
     assert doubles.Good.ran == 0
     for other in (["--fresh"], ["--strict"], ["--only", "bounce/200*"], ["--cases", "bounce"]):
-        assert not answer("verify", "--engines", "good", *other)["cached"]
+        assert not answer(*QUICK, *other)["cached"]
     for _ in range(2):  # one in which an engine died is not kept
-        assert not answer("verify", "--engines", "dying", status=3)["cached"]
+        assert not answer("verify", "--quick", "--engines", "dying", status=3)["cached"]
 
 
 def test_a_kept_verification_is_of_these_defects_and_of_cases_of_this_package(
     answer, monkeypatch, tmp_path
 ):
     def cached(*words):
-        return [answer("verify", "--engines", "good", *words)["cached"] for _ in range(2)]
+        return [answer(*QUICK, *words)["cached"] for _ in range(2)]
 
     assert cached() == [False, True]
     edited = tmp_path / "known-defects.toml"
@@ -245,7 +246,7 @@ def test_what_failed_in_an_engine_is_told(harness, monkeypatch):
 
 
 def test_diff_and_accept_of_runs(answer, tmp_path):
-    answer("verify", "--quick", "--engines", "good", "--output", "one")
+    answer(*QUICK, "--output", "one")
     assert answer("diff", "one", "one")["status"] == 0
     accepted = answer("accept", "one", "--folder", "accepted")
     assert len(accepted["files"]) == 2  # of the engine, and of this package's solvers
