@@ -58,7 +58,7 @@ FAULTS = {  # a run, its error and words of it
 
 @pytest.fixture
 def runner():
-    with contextlib.closing(InProcess(1, Limits(seconds=0.3, memory=1024**3))) as one:
+    with contextlib.closing(InProcess(1, Limits(seconds=0.3, memory=2 * 1024**3))) as one:
         yield one
 
 
