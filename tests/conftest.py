@@ -134,10 +134,13 @@ def lmp_binary(lmp, tmp_path_factory):
     binary = package and Path(package.origin).with_name("lmp")
     if not (mpi and binary and binary.is_file()):
         return lmp
-    path = tmp_path_factory.mktemp("lmp") / "lmp"
-    path.write_text(f'#!/bin/sh\nLD_LIBRARY_PATH="{mpi.parent}" exec "{binary}" "$@"\n')
-    path.chmod(0o755)
-    return str(path)
+    folder = tmp_path_factory.mktemp("lmp")
+    beside = Path(sys.executable).with_name("mpirun")  # a link to it would not find its parts
+    words = {"lmp": f'LD_LIBRARY_PATH="{mpi.parent}" exec "{binary}"', "mpirun": f'exec "{beside}"'}
+    for name, command in words.items():
+        (folder / name).write_text(f'#!/bin/sh\n{command} "$@"\n', encoding="utf-8")
+        (folder / name).chmod(0o755)
+    return str(folder / "lmp")
 
 
 @pytest.fixture(scope="session")

@@ -175,21 +175,21 @@ class Lammps(LammpsLanguage):
                 "it is needed for pair_style granular"
             )
         if self.arguments or self._launcher:
-            self._check_start()
+            self._check_start(self._launcher)
         how = [shlex.join(self._launcher) or "executable", shlex.join(self.arguments)]
         return Provenance("lammps", version, packages, self.program, ", ".join(filter(None, how)))
 
-    def _check_start(self) -> None:
-        """Raise EngineMissingError unless launcher and arguments start one LAMMPS on all ranks.
+    def _check_start(self, launcher: Sequence[str]) -> None:
+        """Raise EngineMissingError unless a launcher starts one LAMMPS on all ranks.
 
         A launcher of another MPI library starts as many separate LAMMPS as it has ranks, which
         would write over each other's files.
         """
-        command = [*self._launcher, self.program, *self.arguments]
+        command = [*launcher, self._scene_program, *self.arguments]
         words = [*command, "-in", "batch.in", "-log", "none"]
         answer, ended = self.ask(words, {"batch.in": "print hello\n"})
         greetings = len(re.findall(r"^LAMMPS \(", answer, re.MULTILINE))
-        option = f"{'--mpirun' if self._launcher else '--lmp'} {shlex.join(command)!r}"
+        option = f"{'--mpirun' if launcher else '--lmp'} {shlex.join(command)!r}"
         if greetings > 1:
             raise EngineMissingError(
                 f"{option} starts {greetings} separate LAMMPS instead of one on all ranks: "
@@ -237,10 +237,11 @@ class Lammps(LammpsLanguage):
         for ranks in sorted({variation.ranks for _, variation in rows}):
             places = [k for k, (_, variation) in enumerate(rows) if variation.ranks == ranks]
             alone = [needs_new_process(*rows[k], self._release) for k in places]
-            launcher = self._launcher
-            if ranks > 1:  # another MPI's launcher would start as many runs of one rank
-                mpirun = Path(self._scene_program).with_name("mpirun")
-                launcher = [str(mpirun) if mpirun.exists() else "mpirun", "-n", str(ranks)]
+            try:
+                launcher = self._launcher if ranks == 1 else self._launcher_of(ranks)
+            except EngineMissingError as error:  # this LAMMPS has no MPI, or another one
+                outcomes.update(dict.fromkeys(places, error))
+                continue
             hands = 1 if launcher else self.workers
             ends = self._scene_batches(launcher).run(
                 [self.scene_task(jobs[k]) for k in places], hands, self.limits, self.processes,
@@ -248,6 +249,14 @@ class Lammps(LammpsLanguage):
             )  # fmt: skip
             outcomes.update(zip(places, ends, strict=True))
         return [outcomes[k] for k in range(len(jobs))]
+
+    def _launcher_of(self, ranks: int) -> list[str]:
+        """Return the words that start LAMMPS on ranks, by the launcher beside it or on the path."""
+        beside = Path(self._scene_program).with_name("mpirun")
+        launcher = [str(beside) if beside.exists() else "mpirun", "-n", str(ranks)]
+        if not beside.exists():
+            self._check_start(launcher)
+        return launcher
 
     @property
     def _scene_program(self) -> str:
