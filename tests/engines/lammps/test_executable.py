@@ -1,11 +1,17 @@
 """What is LAMMPS's own in running its executable; faults of runs are in ``test_faults``."""
 
+import os
+import shutil
+from pathlib import Path
+
 import pytest
 
 from harness.cases.drop import CASE
+from harness.engines.base import scene_job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.registry import program_words
 from harness.errors import EngineMissingError
+from tests.engines.lammps.scenes import SCENES
 
 LOADER = "lmp: error while loading shared libraries: libmpi.so.12: cannot open shared object file"
 HELP = (
@@ -65,3 +71,20 @@ def test_a_launcher_of_another_mpi_is_refused(script_file):
         pytest.raises(EngineMissingError, match="starts 2 separate LAMMPS instead of one"),
     ):
         engine.identify()
+
+
+@pytest.mark.live
+def test_ranks_are_not_tested_by_a_launcher_of_another_mpi(lmp_binary, script_file, monkeypatch):
+    """Two LAMMPS of one rank would write over each other's files."""
+    launcher = script_file('shift 2\n"$@"\n"$@"\n', "mpirun")
+    monkeypatch.setenv("PATH", str(Path(launcher).parent), prepend=os.pathsep)
+    program = Path(launcher).parent / "alone" / "lmp"  # with no mpirun beside it
+    program.parent.mkdir()
+    shutil.copy(lmp_binary, program)
+    scene = SCENES["rolling, prescribed"]
+    with Lammps(lmp=str(program), workers=1) as engine:
+        jobs = [scene_job(scene), scene_job(scene, variation="two ranks, newton on")]
+        alone, ranks = engine.motions(jobs)
+    assert alone.time.size > 1
+    assert isinstance(ranks, EngineMissingError)
+    assert "starts 2 separate LAMMPS" in str(ranks)
