@@ -135,8 +135,8 @@ def lmp_binary(lmp, tmp_path_factory):
     if not (mpi and binary and binary.is_file()):
         return lmp
     folder = tmp_path_factory.mktemp("lmp")
-    beside = Path(sys.executable).with_name("mpirun")  # a link to it would not find its parts
-    words = {"lmp": f'LD_LIBRARY_PATH="{mpi.parent}" exec "{binary}"', "mpirun": f'exec "{beside}"'}
+    mpirun = Path(sys.executable).with_name("mpirun")  # a link to it would not find its parts
+    words = {"lmp": f'LD_LIBRARY_PATH="{mpi.parent}" exec "{binary}"', "mpirun": f'exec "{mpirun}"'}
     for name, command in words.items():
         (folder / name).write_text(f'#!/bin/sh\n{command} "$@"\n', encoding="utf-8")
         (folder / name).chmod(0o755)

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -238,7 +239,7 @@ class Lammps(LammpsLanguage):
             places = [k for k, (_, variation) in enumerate(rows) if variation.ranks == ranks]
             alone = [needs_new_process(*rows[k], self._release) for k in places]
             try:
-                launcher = self._launcher if ranks == 1 else self._launcher_of(ranks)
+                launcher = self._launcher if ranks == 1 else [self._mpirun, "-n", str(ranks)]
             except EngineMissingError as error:  # this LAMMPS has no MPI, or another one
                 outcomes.update(dict.fromkeys(places, error))
                 continue
@@ -250,13 +251,14 @@ class Lammps(LammpsLanguage):
             outcomes.update(zip(places, ends, strict=True))
         return [outcomes[k] for k in range(len(jobs))]
 
-    def _launcher_of(self, ranks: int) -> list[str]:
-        """Return the words that start LAMMPS on ranks, by the launcher beside it or on the path."""
-        beside = Path(self._scene_program).with_name("mpirun")
-        launcher = [str(beside) if beside.exists() else "mpirun", "-n", str(ranks)]
-        if not beside.exists():
-            self._check_start(launcher)
-        return launcher
+    @cached_property
+    def _mpirun(self) -> str:
+        """The launcher beside LAMMPS, else that on the path; EngineMissingError for a wrong one."""
+        mpirun = Path(self._scene_program).with_name("mpirun")
+        if mpirun.exists():
+            return str(mpirun)
+        self._check_start(["mpirun", "-n", "2"])
+        return "mpirun"
 
     @property
     def _scene_program(self) -> str:
