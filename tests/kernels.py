@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.cases.incline.columns import Columns, scene_of
-from harness.cases.tower.parameters import LAWS, Tower
-from harness.cases.tower.runs import solve
 from harness.engines.process import cores
 from harness.solvers import hard_sphere, reference
+from harness.solvers.__main__ import compile_chains
 from harness.solvers.chain_stepped import run_columns
 from harness.solvers.contact_time import contact_time
 from tests.solvers.reference.scenes import HERTZ, HOOKE, resting
@@ -23,8 +22,7 @@ SETS = {  # the longest first
     # contact times are by the forces of the reference
     "reference": lambda: [*(reference.run(resting(law, 1e-3, 10)) for law in (HOOKE, HERTZ)),
                           contact_time(touching(HERTZ))],
-    "chain": lambda: [solve(Tower(height=2, law=law), solver) for law in LAWS
-                      for solver in ("exact", "rk4")],
+    "chain": compile_chains,
     "columns": lambda: run_columns(scene_of(Columns(n=1, stiffness=1e4)), 1),
     "rigid": lambda: hard_sphere.critical_angle(0.1),
     "characters": settings(max_examples=1, database=None)(given(st.text())(lambda _: None)),

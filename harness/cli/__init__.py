@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 
-gc.set_threshold(20_000)  # imports and runs leave few cycles: looking for them took a twentieth
-# threads of the linear algebra cost a sixth of the time, of matrices as small as these
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 try:
     import contextlib
+    import gc
     import signal
     from collections.abc import Sequence
     from pathlib import Path
@@ -83,6 +79,10 @@ def main() -> None:
     try:
         signal.signal(signal.SIGTERM, _stop)
         _open_streams()
+        # imports and runs leave few cycles: looking for them took a twentieth of the time
+        gc.set_threshold(20_000)
+        # threads of the linear algebra cost a sixth of it, of matrices as small as these
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         status = _flushed(_status(sys.argv[1:]))
     except KeyboardInterrupt:
         status = TERMINATED if _stopped_by else INTERRUPTED

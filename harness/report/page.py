@@ -26,7 +26,7 @@ import pandas as pd
 
 from harness.files import safe_path
 from harness.report.content import SHORT, Badge, Drawing, Section, number, printable, value_text
-from harness.report.render import ORDER, html_page, load_templates, markdown_page, matrix
+from harness.report.render import ORDER, html_page, markdown_page, matrix, template
 from harness.results.compare import counts, counts_of_changes
 from harness.results.rows import (
     ENGINE_FAILURES,
@@ -60,6 +60,7 @@ KIND_TITLES = {
     Kind.FINDING: "finding: a difference between models, not judged",
     Kind.RECORDED: "recorded: against the accepted run alone",
 }
+HTML, MARKDOWN = "report.html.j2", "report.md.j2"
 MEANINGS = {
     Failure.OUT_OF_TOLERANCE: "The difference is larger than the tolerance.",
     Failure.NOT_A_NUMBER: "A value is not a number.",
@@ -94,8 +95,8 @@ def report_files(
     values = _values(run, parts, defects or {})
     values |= {"title": title, "headline": headline or run.headline}
     files: dict[str, str | bytes] = {
-        "report.html": html_page("report.html.j2", **values),
-        "report.md": _shortened(markdown_page("report.md.j2", **values)),
+        "report.html": html_page(HTML, **values),
+        "report.md": _shortened(markdown_page(MARKDOWN, **values)),
     }
     for picture in filter(None, (p for part in parts for p in (part.first, *part.pictures))):
         name = f"figures/{picture.drawing.name}"
@@ -109,7 +110,8 @@ def load() -> None:
     from harness.report.figures import panels
 
     draw(Drawing("empty", "", "", partial(panels, 1, 1)))
-    load_templates()
+    template(HTML, html=True)
+    template(MARKDOWN, html=False)
 
 
 def _shortened(text: str) -> str:

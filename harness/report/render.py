@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import quote
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from harness.report.content import Badge, number, one_line, printable
@@ -36,14 +36,14 @@ TABLE_MARKUP = {
 }
 
 
-def html_page(template: str, **values: Any) -> Markup:
+def html_page(name: str, /, **values: Any) -> Markup:
     """Return a page, or a part of one, from an HTML template; values are escaped."""
-    return Markup(_templates(html=True).get_template(template).render(**values))
+    return Markup(template(name, html=True).render(**values))
 
 
-def markdown_page(template: str, **values: Any) -> str:
+def markdown_page(name: str, /, **values: Any) -> str:
     """Return a page from a Markdown template, without runs of empty lines."""
-    text = _templates(html=False).get_template(template).render(**values)
+    text = template(name, html=False).render(**values)
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
@@ -63,13 +63,9 @@ def svg_uri(svg: str) -> Markup:
     return Markup(f"data:image/svg+xml,{text}")
 
 
-def load_templates() -> None:
-    """Compile the templates of both kinds of pages."""
-    for kind in ("html", "md"):
-        environment = _templates(html=kind == "html")
-        for name in environment.list_templates():
-            if f".{kind}." in name:
-                environment.get_template(name)
+def template(name: str, *, html: bool) -> Template:
+    """Return a compiled template, which escapes values for ``html``."""
+    return _templates(html=html).get_template(name)
 
 
 @cache
