@@ -34,6 +34,11 @@ def without_places(_, motion):
     return replace(motion, position=np.full_like(motion.position, np.nan))
 
 
+def without_forces(_, motion):
+    unknown = np.full_like(motion.force, np.nan)
+    return replace(motion, force=unknown, torque=unknown)
+
+
 def lighter(scene):
     return scene.replace(gravity=tuple(0.999999 * g for g in scene.gravity))
 
@@ -83,6 +88,12 @@ FAULTS = [
     (changed("Blank", change_motion=without_places), MATCHES, "not finite"),
     (changed("Backward", change_motion=lambda _, m: replace(m, velocity=-m.velocity)),
      MATCHES, "velocity = "),
+    (changed("Pulling", change_motion=lambda _, m: replace(m, force=-m.force)),
+     MATCHES, "force = "),
+    (changed("Twisted", change_motion=lambda _, m: replace(m, torque=-m.torque)),
+     MATCHES, "torque = "),
+    (changed("Slow", change_motion=lambda _, m: replace(m, time=1.001 * m.time)),
+     MATCHES, "left a sample at 0.00015015 s, where its step is at 0.00015 s"),
     (fault("Levered", Lammps, rules=lambda *_: Rules(wall_lever="height")),
      MATCHES, "in the reference's oblique impact, hooke"),
 ]
@@ -112,7 +123,8 @@ def test_a_fault_fails_the_check_of_its_name_in_one_line(kind, name, words):
 
 
 def test_good_engines_pass_and_all_failures_are_named_line_by_line():
-    assert [check_engine(kind) for kind in (Twin, Clipping)] == [{}, {}]
+    mute = changed("Mute", change_motion=without_forces)
+    assert [check_engine(kind) for kind in (Twin, Clipping, mute)] == [{}, {}, {}]
     with pytest.raises(EngineCheckError) as caught:
         check_engine(Crashing)
     failed = [line.split(": ")[1] for line in str(caught.value).splitlines()]

@@ -9,11 +9,12 @@ import threading
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.base import SCENE, Engine, Job, Output
 from harness.engines.output import Provenance, motion_tables
-from harness.engines.scenes import motion_in
+from harness.engines.scenes import motion_in, unknown_parts
 from harness.errors import EngineError
 
 if TYPE_CHECKING:
@@ -150,6 +151,15 @@ class Bench:
         """Return the motion of a scene's job in the engine. Raise EngineError as the run did."""
         key = ("motion", job_key(job))
         return self._runs(key, lambda: motion_in(self.output(job), self.engine.scene_of(job)))
+
+    def unwritten(self, jobs: Sequence[Job]) -> str:
+        """Return that the engine writes no forces or torques in one of its runs, or nothing."""
+        parts: dict[str, None] = {}
+        for job in jobs:
+            with suppress(EngineError):  # of a job whose output has no samples
+                if job.scene is not None:
+                    parts |= dict.fromkeys(unknown_parts(job.scene, self.motion(job)))
+        return f"{self.engine.title} writes no {' and no '.join(parts)}" if parts else ""
 
     # ---- the reference
 

@@ -27,6 +27,8 @@ from harness.model.law import Law
 from harness.model.scene import LOOK, STAGE_COLUMNS, UNBOUNDED, Body, Floats, Motion, Scene, Wall
 
 PARTS = tuple(COLUMNS)  # of a motion
+FORCES = ("force", "torque")  # the parts that may be unknown
+CLOCK_ERROR = 1e-5  # of the last time: a clock of six digits
 
 # ---- motions of outputs and tables
 
@@ -50,7 +52,20 @@ def motion_of_table(title: str, scene: Scene, table: Table, stages: Floats | Non
             raise EngineOutputError(f"{title} left no samples of {part} ({error})") from None
     if any(law.heat != "none" for law in scene.all_laws):
         parts["temperature"] = table.get(TEMPERATURE, np.empty(0))
-    return checked_motion(title, scene, table.get("step", ()), parts, stages)
+    motion = checked_motion(title, scene, table.get("step", ()), parts, stages)
+    if "time_s" in table:
+        _check_clock(title, table["time_s"], motion.time)
+    return motion
+
+
+def _check_clock(title: str, time: Floats, expected: Floats) -> None:
+    wrong = np.flatnonzero(~(np.abs(time - expected) <= CLOCK_ERROR * expected[-1]))
+    if wrong.size:
+        place = wrong[0]
+        raise EngineOutputError(
+            f"{title} left a sample at {time[place]:.9g} s, where its step is at "
+            f"{expected[place]:.9g} s"
+        )
 
 
 def checked_motion(
@@ -68,20 +83,30 @@ def checked_motion(
     expected = np.arange(0, last + 1, scene.every)
     if not np.array_equal(steps, expected):
         raise EngineOutputError(f"{title} left {len(steps)} samples, not {len(expected)}")
-    free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
-    bad: list[int] = []  # places of samples
+    moved, bad = moved_bodies(scene), list[int]()  # places of samples
     for name, values in parts.items():
         shape = (len(expected), len(scene.bodies), 3)[: 2 if name == "temperature" else 3]
         if values.shape != shape:
             raise EngineOutputError(f"{title} left {name} of shape {values.shape}, not {shape}")
         finite = np.isfinite(values)
-        if not finite.all() and name in ("force", "torque"):
-            finite = finite[:, free] | np.isnan(values).all(axis=(0, 1))
+        if not finite.all() and name in FORCES:
+            finite = finite[:, moved] | np.isnan(values).all(axis=(0, 1))
         bad += [] if finite.all() else np.argwhere(~finite)[:1, 0].tolist()
     if bad:
         step = expected[min(bad)]
         raise EngineNaNError(f"{title} wrote a value that is not finite (NaN) at step {step}")
     return Motion(np.float64(scene.step) * expected, **parts, stages=ends)
+
+
+def moved_bodies(scene: Scene) -> list[bool]:
+    """Return which bodies are free or moved by segments: the forces on others may be unknown."""
+    return [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
+
+
+def unknown_parts(scene: Scene, motion: Motion) -> list[str]:
+    """Return which of force and torque an engine does not write: all of it is NaN."""
+    moved = moved_bodies(scene)
+    return [name for name in FORCES if np.isnan(getattr(motion, name)[:, moved]).all()]
 
 
 def _checked_stages(title: str, scene: Scene, stages: Floats | None) -> Floats:

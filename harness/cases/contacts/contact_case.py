@@ -27,8 +27,8 @@ from harness.cases.contacts.parameters import ContactSystem
 from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.output import SERIES
 from harness.engines.process import cores, parallel_map
-from harness.engines.scenes import motion_in
-from harness.errors import EngineNaNError, EngineOutputError
+from harness.engines.scenes import motion_in, moved_bodies, unknown_parts
+from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.scene import Motion, Scene
 from harness.report.content import Discs, Section
@@ -240,8 +240,12 @@ class Trial:
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
 
-    def _motion_difference(self, bench: Bench) -> float:
-        return motion_difference(self.scene, bench.motion(self.job), bench.reference(self.scene))
+    def _motion_difference(self, bench: Bench) -> Value:
+        motion, unwritten = bench.motion(self.job), bench.unwritten([self.job])
+        if self.scene.segments and len(unknown_parts(self.scene, motion)) > 1:
+            raise Unsupported(unwritten)  # what is left is prescribed
+        difference = motion_difference(self.scene, motion, bench.reference(self.scene))
+        return Value(difference, note=unwritten)
 
     def _motion_tolerance(self, bench: Bench) -> Tolerance:
         expected = bench.reference(self.scene)
@@ -281,22 +285,24 @@ def motion_difference(scene: Scene, motion: Motion, other: Motion) -> float:
     Positions are over the longest path or the overlap at rest, velocities and r times angular
     velocities over the largest of both or the gain of gravity in a contact time, forces over the
     largest force, and torques over r times that, r the smallest radius. Forces on bodies that are
-    not free may be unknown; NaN elsewhere makes the difference NaN.
+    not free may be unknown, and all forces or torques; NaN elsewhere makes the difference NaN.
     """
     r = min(body.radius for body in scene.bodies)
-    free = [bool(scene.segments) or body.motion == "free" for body in scene.bodies]
+    moved = moved_bodies(scene)
     gravity, time = math.hypot(*scene.gravity), scene.step * STEPS
     length = _length(scene, other)
     rim = r * np.abs(other.angular_velocity).max()
     speed = max(np.abs(other.velocity).max(), rim, gravity * time) or 1.0
-    force = np.abs(other.force[:, free]).max() or 1.0
+    force = np.abs(other.force[:, moved]).max() or 1.0
     differences = [
         np.abs(motion.position - other.position).max() / length,
         np.abs(motion.velocity - other.velocity).max() / speed,
         np.abs(motion.angular_velocity - other.angular_velocity).max() * r / speed,
-        np.abs(motion.force - other.force)[:, free].max() / force,
-        np.abs(motion.torque - other.torque)[:, free].max() / force / r,
     ]
+    sizes, unknown = {"force": force, "torque": force * r}, unknown_parts(scene, motion)
+    for name in sizes.keys() - unknown:
+        difference = np.abs(getattr(motion, name) - getattr(other, name))[:, moved]
+        differences.append(difference.max() / sizes[name])
     if motion.temperature is not None and other.temperature is not None:
         warmed = np.ptp(other.temperature) or 1.0
         differences.append(np.abs(motion.temperature - other.temperature).max() / warmed)

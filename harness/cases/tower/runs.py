@@ -14,7 +14,7 @@ from harness.cases.bench import Bench
 from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParameters
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.engines.output import Provenance
-from harness.errors import EngineNaNError, EngineOutputError, RequestError
+from harness.errors import EngineNaNError, EngineOutputError, RequestError, Unsupported
 from harness.model.base import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Floats, Scene
@@ -343,7 +343,7 @@ def read(setup: Setup, output: Output) -> TowerRun:
 
     Raise EngineOutputError for samples that are missing, cut or at other times, for other
     parameters, and for a tower in which nothing ever touches; EngineNaNError for values that are
-    not finite.
+    not finite; Unsupported for an engine that writes no forces.
     """
     case, shape = setup.tower, (setup.samples + 1, setup.tower.particles)
     output.check_numbers({
@@ -368,6 +368,8 @@ def read(setup: Setup, output: Output) -> TowerRun:
     x, v, force_x = columns
     # a scene's motion has the forces of contacts alone, a script's dump those with the weight
     weight = 0.0 if "tz_N_m" in table else case.each("mass")[0] * case.gravity
+    if np.isnan(force_x[:, :-1]).all():
+        raise Unsupported(f"{output.engine} writes no forces")
     force = _contact_forces(case, force_x, weight, x)
     if not np.isfinite(force).all():
         raise EngineNaNError(f"{output.engine} wrote a force that is not a number")

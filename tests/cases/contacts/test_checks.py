@@ -130,6 +130,33 @@ def test_a_plug_in_case_is_held_to_what_few_digits_resolve():
     assert all("7 digits" in row.reason for row in rows if row.verdict is Verdict.PASS)
 
 
+def forgetting(*parts):
+    """Return an engine that does not write some parts of a motion."""
+    return twin(change_motion=lambda _, motion: replace(
+        motion, **{name: np.full_like(motion.force, np.nan) for name in parts}))  # fmt: skip
+
+
+@pytest.mark.parametrize("parts", [("force",), ("torque",), ("force", "torque")], ids="-".join)
+def test_what_needs_forces_is_not_tested_in_a_code_that_writes_none(parts):
+    reason = f"Twin writes no {' and no '.join(parts)}"
+    rows = rows_of(case_named("oblique"), forgetting(*parts))
+    assert verdicts(rows) == {Verdict.PASS}  # by velocities
+    assert {row.note for row in rows if row.quantity == MOTION} == {reason}
+    rows = rows_of(case_named("prescribed-motion"), forgetting(*parts))
+    of_both = {Verdict.PASS, Verdict.NOT_TESTED} if len(parts) == 1 else {Verdict.NOT_TESTED}
+    assert verdicts(rows) == of_both
+    assert {row.note for row in rows if row.verdict is Verdict.NOT_TESTED} == {reason}
+
+
+def test_a_wrong_motion_fails_in_a_code_that_writes_no_forces():
+    def wrong(_, motion):
+        unknown = np.full_like(motion.force, np.nan)
+        return replace(swapped(_, motion), force=unknown, torque=unknown)
+
+    rows = rows_of(case_named("oblique"), twin(change_motion=wrong))
+    assert {row.verdict for row in rows if row.quantity == MOTION} == {Verdict.FAIL}
+
+
 def test_a_run_that_dies_fails_its_own_rows_and_others_go_on():
     case = case_named("head-on")
     first = case.trials[0]

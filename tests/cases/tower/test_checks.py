@@ -130,6 +130,13 @@ def test_a_bad_output_fails_every_row(fault):
     assert len(failed) >= len(rows) - ("swapped" in fault)
 
 
+def test_a_code_that_writes_no_forces_is_not_tested():
+    mute = Standin(change_table=lambda t: {**t, "fx_N": np.full_like(t["fx_N"], np.nan)})
+    rows = rows_of(CASE, mute, only="tower/overlap law, n = 2")
+    assert {row.verdict for row in rows} == {Verdict.NOT_TESTED}
+    assert all(row.note.endswith("writes no forces") for row in rows)
+
+
 def test_solvers_of_the_package():
     rows = run_checks("tower", list(CASE.own_checks()), Bench(None))
     assert {row.verdict for row in rows} == {Verdict.PASS, Verdict.FINDING}
