@@ -88,7 +88,7 @@ class RowTest(pytest.Item):
         return self.config.rootpath / "dem-harness", None, f"dem-harness: {self.name}"
 
     def setup(self) -> None:
-        """Fail where an engine failed: an error, separate from the rows."""
+        """Fail where an engine or the whole run failed: an error, separate from the rows."""
         if "error" in self.row:
             pytest.fail(self.row["error"], pytrace=False)
 
@@ -112,14 +112,19 @@ class RowTest(pytest.Item):
 
 
 def _named_rows(config: pytest.Config) -> list[tuple[str, Mapping[str, Any]]]:
-    """Return the rows; one more where an engine failed or a case tested nothing."""
+    """Return the rows; one more where an engine failed or a case tested nothing.
+
+    Likewise where the run fails against the accepted one, of which no row need fail.
+    """
     from harness.cli.output import name_of
 
     if config.option.collectonly:  # the rows are known after a run only
         return [("verification", {})]
     record = session_record(config)
     rows = [(f"{row['kind']}: {name_of(row)}", row) for row in record["rows"]]
-    return rows + ([("engines", {"error": record["error"]})] if "error" in record else [])
+    moved = record["headline"] if record.get("regressions") else None
+    errors = {"engines": record.get("error"), "accepted run": moved}
+    return rows + [(name, {"error": text}) for name, text in errors.items() if text]
 
 
 def session_record(config: pytest.Config) -> dict[str, Any]:

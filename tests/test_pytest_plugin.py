@@ -112,6 +112,16 @@ def test_an_engine_that_failed_and_a_verification_that_died_are_errors(ran, monk
         result.stdout.fnmatch_lines([f"*{words}*"])
 
 
+def test_a_change_against_the_accepted_run_is_an_error_and_the_rows_stay(ran, monkeypatch):
+    record = {"status": 1, "headline": "Against the accepted run: 1 moved", "strict": False,
+              "rows": json_records(table([ROWS[0], row("k = 2e6 N/m")])),
+              "regressions": [{}]}  # fmt: skip
+    monkeypatch.setattr("harness.pytest_plugin.verification", lambda _: record)
+    result = ran("--dem-harness", text=OWN)
+    result.assert_outcomes(passed=3, errors=1)
+    result.stdout.fnmatch_lines(["*Against the accepted run: 1 moved*"])
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -30,8 +30,8 @@ HELP = (
     "contacts with friction and layers, in closed form, in solvers of this package and in DEM "
     "codes.\n\n"
     "Exit status: 0 all verdicts hold; 1 a verdict failed; 2 the request was wrong; 3 an engine "
-    "could not be run or died, or a named case tested nothing; 4 internal error; 130 interrupted; "
-    "143 terminated."
+    "could not be run or died, or a named case, or all, tested nothing; 4 internal error; 130 "
+    "interrupted; 143 terminated."
 )
 COMMANDS = {
     "verify": ("runs", "Hold engines against theory and accepted runs, and report.",

@@ -122,7 +122,7 @@ class Run:
     def status(self) -> int:
         """Return the exit status.
 
-        3: an engine could not be run or died, or what was named tested nothing; 1: a verdict
+        3: an engine could not be run or died, or something is :attr:`untested`; 1: a verdict
         failed, a row is worse than accepted, or in a strict run a row was not tested; else 0.
         """
         if self.died or self.untested or not all(self.meta.engines.values()):
@@ -143,18 +143,24 @@ class Run:
 
     @property
     def untested(self) -> list[str]:
-        """Return the cases and engines that were named and have no judged row of an engine."""
-        judged = self._judged[self._judged["engine"] != SOLVERS]
-        tested = {*judged["case"], *judged["engine"]}
-        return [name for name in self.meta.named if name not in tested]
+        """Return the cases that were named and have no judged row of an engine.
+
+        The engines as well, where no row of any engine was tested.
+        """
+        judged = {*self._judged[self._judged["engine"] != SOLVERS]["case"]}
+        cases = [name for name in self.meta.named if name not in judged]
+        return cases + (self._idle_engines if {*self._tested} <= {SOLVERS} else [])
+
+    @property
+    def _tested(self) -> list[str]:
+        """Return the engines with a row that was tested."""
+        return list(self.rows[self.rows["verdict"] != Verdict.NOT_TESTED]["engine"].unique())
 
     @property
     def _idle_engines(self) -> list[str]:
-        """Return the engines that ran, and whose rows all are not tested or without a verdict."""
-        untested = self.rows[self.rows["verdict"] == Verdict.NOT_TESTED]["engine"].unique()
-        judged = self._judged["engine"].unique()
-        ran = [name for name, version in self.meta.engines.items() if version]
-        return [name for name in ran if name in untested and name not in judged]
+        """Return the engines that ran, and whose rows all are not tested."""
+        idle = {*self.rows["engine"]}.difference(self._tested)
+        return [name for name, version in self.meta.engines.items() if version and name in idle]
 
     @cached_property
     def regressions(self) -> pd.DataFrame:
@@ -174,10 +180,12 @@ class Run:
         parts = [f"Failed: {', '.join(failures)}"] if failures else []
         parts += [f"Against the accepted run: {', '.join(moves)}"] if moves else []
         parts += [f"Nothing was tested in {', '.join(self.untested)}"] if self.untested else []
-        is_judged = not self._judged.empty
-        parts = parts or ["All verdicts hold" if is_judged else "Nothing was judged"]
+        is_judged, idle = not self._judged.empty, self._idle_engines
+        holding = "All verdicts hold" if is_judged else "Nothing was judged"
+        incomplete = self.meta.strict and number[Verdict.NOT_TESTED]
+        parts = parts or ["Not all was tested" if incomplete else holding]
         parts += [f"{name} could not be run" for name, v in self.meta.engines.items() if not v]
-        parts += [f"{name} tested nothing" for name in self._idle_engines if is_judged]
+        parts += [f"{name} tested nothing" for name in idle if name not in self.untested]
         defects, untested = number[Verdict.KNOWN_DEFECT], number[Verdict.NOT_TESTED]
         parts += [f"{defects} known defect{'s' * (defects > 1)}"] if defects else []
         parts += [f"{untested} not tested"] if untested else []
@@ -243,7 +251,7 @@ def write_run(run: Run, folder: Path, files: Mapping[str, str | bytes] | None = 
     contents: dict[str, str | bytes] = {
         ROWS: rows_text(stored),
         META: json.dumps(record, indent=1),
-        JUNIT: junit(run.rows, run.meta.seconds),
+        JUNIT: junit(run.rows, run.meta.seconds, run.headline if run.status else ""),
         **{f"{LOGS}/{name}": text for text, name in names.items() if text},
         **{f"{LOGS}/{safe_path(name)}": text for name, text in run.logs.items()},
         **{f"{SCRIPTS}/{safe_path(name)}": text for name, text in run.scripts.items()},
@@ -388,11 +396,12 @@ def _numbers(column: pd.Series[str]) -> pd.Series[float]:
 # ---- rows as JUnit XML
 
 
-def junit(rows: pd.DataFrame, seconds: float = 0.0) -> str:
+def junit(rows: pd.DataFrame, seconds: float = 0.0, failure: str = "") -> str:
     """Return a suite for each kind of rows, with a test case for each row.
 
     A failed verdict is a ``failure``, a failed run of an engine an ``error``; rows without a
-    verdict and known defects are ``skipped`` with the reason.
+    verdict and known defects are ``skipped`` with the reason. ``failure`` is the outcome of a run
+    that fails: where no row does, it is a test case of its own.
     """
     root = Xml.Element("testsuites", name="dem-harness", time=f"{seconds:.3f}")
     every = rows_of(rows)
@@ -405,6 +414,11 @@ def junit(rows: pd.DataFrame, seconds: float = 0.0) -> str:
             attributes = {name: str(number) for name, number in numbers.items()}
             suite = Xml.SubElement(root, "testsuite", {"name": f"dem-harness.{kind}", **attributes})
             suite.extend(cases)
+    if failure and not [*root.iter("failure"), *root.iter("error")]:
+        attributes = {"tests": "1", "failures": "1", "errors": "0", "skipped": "0"}
+        suite = Xml.SubElement(root, "testsuite", {"name": "dem-harness.outcome", **attributes})
+        case = Xml.SubElement(suite, "testcase", classname="dem-harness.outcome", name="outcome")
+        Xml.SubElement(case, "failure", message=failure)
     Xml.indent(root)
     text = NOT_XML.sub("?", Xml.tostring(root, "unicode"))
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 
 from harness.errors import RequestError
 from harness.results.compare import Change
-from harness.results.rows import Failure, Verdict, failed, not_tested, rows_of, table
+from harness.results.rows import Failure, Verdict, failed, finding, not_tested, rows_of, table
 from harness.store.runs import Meta, Run, junit, parsed_rows, read_run, rows_text, write_run
 from tests.results.rows import SEVERAL, row, rows
 
@@ -139,11 +139,12 @@ DEFECT = replace(row(value=9.0), verdict=Verdict.KNOWN_DEFECT, failure=Failure.N
         ([row()], {}, 0, "All verdicts hold"),
         ([row(value=11.0)], {}, 1, "Failed: 1 cross-code"),
         ([DEFECT, row("b")], {}, 0, "All verdicts hold; 1 known defect"),
-        ([row("b"), not_tested(row(), "why")], {"strict": True}, 1, "1 not tested"),
+        ([row("b"), not_tested(row(), "why")], {"strict": True}, 1, "Not all was tested; 1 not"),
         ([failed(row(), Failure.TIMEOUT, "late")], {}, 3, "Failed: 1 cross-code"),
         ([failed(row(), Failure.HARNESS, "KeyError: x")], {}, 1, "Failed: 1 cross-code"),
         ([not_tested(row(), "why")], {}, 3, "Nothing was tested in incline"),
-        ([not_tested(row(), "why")], {"named": ()}, 0, "Nothing was judged; 1 not tested"),
+        ([not_tested(row(), "why")], {"named": ()}, 3, "Nothing was tested in code; 1 not tested"),
+        ([finding(row())], {"named": ()}, 0, "Nothing was judged"),
         ([row()], {"named": ("incline", "other")}, 3, "Nothing was tested in other"),
         ([row()], {"engines": {"code": "1", "other": ""}}, 3, "All verdicts hold"),
     ],
@@ -153,6 +154,29 @@ def test_status_and_headline(several, meta, status, words):
     assert run.status == status
     assert words in run.headline
     assert words in run.summary()["outcome"]
+
+
+def failures_in(run, folder):
+    """Return the messages of the failures and errors of a written run's junit.xml."""
+    write_run(run, folder)
+    root = Xml.parse(folder / "junit.xml").getroot()
+    return [case.get("message") for tag in ("failure", "error") for case in root.iter(tag)]
+
+
+def test_junit_fails_where_the_run_does(tmp_path):
+    untested = run_of(row("b"), not_tested(row(), "why"))
+    moved = run_of(row(value=10.0 + 9e-10)).against(table([row(value=10.0 - 9e-10)]))
+    runs = {
+        "good": (untested, 0),
+        "strict": (run_of(row("b"), not_tested(row(), "why"), strict=True), 1),
+        "missing": (run_of(row(), engines={"code": "1", "other": ""}), 3),
+        "moved": (moved, 1),
+        "failed": (run_of(row(value=11.0)), 1),
+    }
+    for name, (run, status) in runs.items():
+        assert run.status == status, name
+        assert len(failures_in(run, tmp_path / name)) == bool(status), name
+    assert failures_in(moved, tmp_path / "again") == ["Against the accepted run: 1 moved"]
 
 
 def test_json_is_strict_and_has_the_columns_of_the_rows():

@@ -64,7 +64,7 @@ def test_an_engine_that_is_missing_dies_or_refuses_leaves_rows(of_all):
         ("dying", {}, 3),
         ("good,missing", {}, 3),
         ("all", {}, 3),
-        ("refusing", {}, 0),
+        ("refusing", {}, 3),  # also where rows of this package's solvers hold
         ("refusing", {"cases": "bounce"}, 3),  # a named case tested nothing
         ("good,refusing", {}, 0),
         ("good,refusing", {"strict": True}, 1),
