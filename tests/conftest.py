@@ -1,5 +1,6 @@
 """What several test files share: homes of their own, and the programs that are here."""
 
+import gc
 import os
 import shutil
 import signal
@@ -26,6 +27,8 @@ for library in ("OPENBLAS", "OMP", "MKL"):
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+gc.set_threshold(20_000)  # as in a command: imports and collection leave few cycles
+
 
 # a first example may wait for a kernel to be compiled, and any for a busy machine
 hypothesis.settings.register_profile("no deadline", deadline=None)
@@ -42,6 +45,11 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if not OPTIONAL_PROGRAMS.isdisjoint(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)
+
+
+def pytest_collection_finish():
+    """Look for cycles among what tests make, not among all that was imported and collected."""
+    gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -88,7 +88,6 @@ def test_a_gif_has_the_frames_and_nothing_else_is_left(tmp_path):
 @pytest.mark.parametrize(
     ("name", "frames", "reason"),
     [
-        ("a.avi", 9, ".gif, .mp4, .png"),
         ("none/a.gif", 9, "there is no folder"),
         ("a.gif", 1, "from 2 to"),
         ("a.gif", figures.MOST_FRAMES + 1, f"{figures.MOST_FRAMES + 1} frames"),

@@ -97,8 +97,6 @@ def test_known_defects_by_name():
     assert record["until"] == "22 Jul 2025"
     assert record["effect"] == "faults.tsuji_effective_mass" or "tsuji" in record["effect"]
     assert "expected" in record["script"]
-    with pytest.raises(RequestError, match="`dem-harness defect` lists all"):
-        defects("tsuji-restitutoin")
 
 
 # ---- releases

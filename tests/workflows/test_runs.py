@@ -69,7 +69,6 @@ def test_a_search_has_its_uncertainty_and_leaves_what_it_varies_out():
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"stiffness": "-1"}, "--set stiffness = '-1' N/m: must be greater than 0"),
         ({"steps": "1.5"}, "--set steps = '1.5'"),
         ({"color": "red"}, "--set color: no such parameter.*stiffness, restitution"),
         ({"preset": "nix"}, "--set preset=nix.*usual, stiff"),

@@ -15,11 +15,11 @@ from harness.engines.reference import Reference
 from harness.engines.registry import engine_class
 from harness.model.scene import Scene
 from harness.report.page import draw
-from harness.results.rows import Failure, Kind, Verdict
+from harness.results.rows import Kind, Verdict
 from harness.store.committed import known_defects
 from tests.cases.common import verdicts
 from tests.cases.scene_faults import coefficient, diameters, grain, scaled, turned
-from tests.engine_doubles import Crashing, Twin
+from tests.engine_doubles import Twin
 
 PATHS = "*/largest difference of the path"
 PATH = "*steps, 10.2 deg/largest difference of the path"  # without friction
@@ -166,14 +166,7 @@ def test_an_engine_in_another_scheme_than_it_declares_is_off_its_reference():
     assert Verdict.FAIL in verdicts(rows)
 
 
-# ---- engines that refuse or die
-
-
-def test_an_engine_that_dies_leaves_failed_rows_with_its_log():
-    rows = rows_of(Crashing())
-    died = [row for row in rows if row.failure is Failure.ENGINE]
-    assert len(died) == len(rows)
-    assert {row.log for row in died} == {"input\nlast words\n"}
+# ---- a known defect, and a second way to run
 
 
 def test_a_disc_that_turns_as_a_sphere_is_the_known_defect_of_lammps():
@@ -185,20 +178,6 @@ def test_a_disc_that_turns_as_a_sphere_is_the_known_defect_of_lammps():
     for engine, verdict in ((Twin(as_sphere), "known defect"), (Twin(), "pass")):
         (row,) = run_checks("incline", [check], Bench(engine), defects=defects)
         assert row.verdict == verdict
-
-
-def test_what_an_engine_refuses_is_not_tested_with_the_reason():
-    class Refusing(Twin):
-        def refuses(self, job):
-            return "" if job.scene.law.clipped else "it has no tail"
-
-    rows = {
-        (row.setup, row.check): row
-        for row in rows_of(Refusing(), "*contact, k = 1e6 N/m, *0 steps/*")
-    }
-    source = rows["source contact, k = 1e6 N/m, 50 steps", "reference"]
-    assert (source.verdict, source.note) == (Verdict.NOT_TESTED, "it has no tail")
-    assert rows["plastic contact, k = 1e6 N/m, 100 steps", "reference"].verdict is Verdict.PASS
 
 
 def test_a_second_way_to_run_the_engine_is_held_against_the_first():

@@ -43,21 +43,23 @@ def test_words_after_the_program_are_its_arguments_and_a_file_is_taken_whole(scr
 
 
 @pytest.mark.live
-def test_arguments_reach_every_run_and_stand_where_it_came_from(lmp):
+def test_arguments_reach_every_run_and_stand_where_it_came_from(lmp_binary):
     job = CASE.job(CASE.default.replace(steps_per_contact=100.0))
-    with Lammps(lmp=f"{lmp} -sf omp", workers=1) as engine, Lammps(lmp=lmp, workers=1) as plain:
+    program = f"{lmp_binary} -sf omp"
+    with Lammps(lmp=program, workers=1) as engine, Lammps(lmp=lmp_binary, workers=1) as plain:
         outputs = [one.run([job])[0] for one in (engine, plain)]
         assert engine.identify().how == "executable, -sf omp"
-        assert engine.identify().executable == lmp
+        assert engine.identify().executable == lmp_binary
     there, here = (output.tables["series"]["vy_m_per_s"] for output in outputs)
     assert there == pytest.approx(here, rel=1e-9)
     assert outputs[0].log.startswith("# lmp -sf omp -in drop.in")
 
 
 @pytest.mark.live
-def test_arguments_that_lammps_does_not_take_are_refused_in_its_words(lmp):
+def test_arguments_that_lammps_does_not_take_are_refused_in_its_words(lmp_binary):
     said = "-nonsense x' does not start: ERROR: Invalid command-line argument: -nonsense"
-    with Lammps(lmp=f"{lmp} -nonsense x") as engine, pytest.raises(EngineMissingError, match=said):
+    program = f"{lmp_binary} -nonsense x"
+    with Lammps(lmp=program) as engine, pytest.raises(EngineMissingError, match=said):
         engine.identify()
 
 
