@@ -319,15 +319,14 @@ def reference_motion(reading: Reading) -> Motion:
     scene, number = reading.scene, len(reading.scene.bodies)
     if number * (0.5 * (number - 1) + len(scene.walls)) * scene.steps > MOST_PAIR_STEPS:
         raise RequestError(f"{number} spheres for {scene.steps} steps: too many here")
-    motion = reference.run(scene, reading.rules)
-    speed = np.linalg.norm(reading.course.velocity, axis=-1).max()
+    speed = np.linalg.norm(reading.motion.velocity, axis=-1).max()
     nearer = 2.0 * scene.step * reading.list_steps * speed
     if number > 1 and not nearer <= reading.skin:
         raise RequestError(
             f"neigh_modify: a list of {reading.list_steps} steps and a skin of {reading.skin:g} "
             "may miss contacts"
         )
-    return motion
+    return reading.motion
 
 
 def _uncertainty(reading: Reading, errors: Errors, states: Sequence[State]) -> float:
@@ -347,7 +346,7 @@ def _uncertainty(reading: Reading, errors: Errors, states: Sequence[State]) -> f
 
 def _is_behind_a_plane(reading: Reading) -> bool:
     """Return whether a sphere ever is behind a plane: LAMMPS's push to both sides."""
-    place = reading.course.position
+    place = reading.motion.position
     return any(
         np.any((place[:, list(wall.bodies or ())] - wall.point) @ wall.direction <= 0.0)
         for wall in reading.scene.walls
@@ -360,7 +359,7 @@ def scaled_errors(reading: Reading, motion: Motion, states: Sequence[State]) -> 
     The scale is the radius, or the largest speed of centre or rim, or force, of the whole run.
     Raise RequestError where spheres came or went.
     """
-    scene, course = reading.scene, reading.course
+    scene, whole = reading.scene, reading.motion
     at = [end // scene.every for end in reading.ends]
     if any(len(state["id"]) != len(scene.bodies) for state in states):
         number = len(states[-1]["id"])
@@ -374,8 +373,8 @@ def scaled_errors(reading: Reading, motion: Motion, states: Sequence[State]) -> 
     moved = x - motion.position[at]
     moved -= np.nan_to_num(period * np.round(moved / period))
     fall = scene.step * np.array(scene.gravity)  # in a step: what lies at rest has noise alone
-    speed = _largest(v, radii * spin, course.velocity, radii * course.angular_velocity, fall) or 1.0
-    loads = [(force - weight) * acted, torque / radii * acted, weight, course.force * acted]
+    speed = _largest(v, radii * spin, whole.velocity, radii * whole.angular_velocity, fall) or 1.0
+    loads = [(force - weight) * acted, torque / radii * acted, weight, whole.force * acted]
     load = _largest(*loads) or 1.0
     return {
         "": moved / radii.max(),
@@ -459,7 +458,7 @@ def _candidates(scene: Scene) -> list[KnownDefect]:
 def _unset_torque(reading: Reading, states: Sequence[State]) -> tuple[float, ...]:
     """Return the torque of the first setup beyond the reference's: it was never set."""
     torque = _columns(states[:1], RECORDED["run_torque"])[0, 0]
-    return tuple(torque - reference.run(reading.scene, reading.rules).torque[0, 0])
+    return tuple(torque - reading.motion.torque[0, 0])
 
 
 # ---- the page

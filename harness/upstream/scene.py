@@ -35,7 +35,7 @@ RECORDED = {"run_pos": ("x", "y", "z"), "run_vel": ("vx", "vy", "vz"),
 # recorded tables, and the columns of a dump with the same quantity
 COLUMNS = ("id", "type", *(name for names in RECORDED.values() for name in names), "fx", "fy",
            "fz", "radius", "mass")  # fmt: skip
-MOST_SAMPLES = 100_000  # of spheres in a course
+MOST_SAMPLES = 100_000  # of all spheres, more where the ends of segments have no larger divisor
 MEMBER = "dem_harness_member_"  # column that is 1 for the atoms of a group
 
 
@@ -99,10 +99,9 @@ class Reading:
     list_steps: int
 
     @cached_property
-    def course(self) -> Motion:
-        """The motion of the reference between the ends of segments, too, where it may rest."""
-        every = max(1, self.scene.steps * len(self.scene.bodies) // MOST_SAMPLES)
-        return reference.run(self.scene.model_copy(update={"every": every}), self.rules)
+    def motion(self) -> Motion:
+        """The motion of the reference: at the ends of segments, where it may rest, and between."""
+        return reference.run(self.scene, self.rules)
 
 
 def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> Reading:
@@ -121,6 +120,10 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
     steps, ends = max(starts[-1], 1), starts[1:]
     if any(start and start == end for start, end in pairwise(starts)):
         raise NotUnderstoodError("run_segments: '0' after a step is not understood")
+    divisor = math.gcd(*ends) or 1
+    every = min(divisor, max(1, steps * len(bodies) // MOST_SAMPLES))
+    while divisor % every:  # each end is a sample
+        every -= 1
     at_start = Segment(
         steps=steps,
         velocities=tuple(body.velocity for body in bodies),
@@ -142,7 +145,7 @@ def read_scene(test: UpstreamTest, log: str, state: State, timestep: float) -> R
         period=(x, y, None if flat else z),
         step=timestep,
         steps=steps,
-        every=math.gcd(*ends) or 1,
+        every=every,
         segments=() if any(body.motion == "free" for body in bodies) else (at_start,),
         setups=(*[0] * commands.runs, *starts[:-1]),
         pairs=() if style == "none" else None,

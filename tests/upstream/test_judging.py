@@ -106,6 +106,13 @@ def test_a_record_and_another_one(recorded, lmp):
     assert outcome(named(recorded, recorded=beyond), lmp)[0].verdict == "not tested"
 
 
+def test_the_reference_steps_a_test_that_passes_once(lmp, monkeypatch):
+    scenes, run = [], reference.run
+    monkeypatch.setattr(reference, "run", lambda *args: scenes.append(args[0]) or run(*args))
+    assert outcome(askew(), lmp)[1].verdict == "pass"
+    assert len(scenes) == 1
+
+
 @pytest.mark.parametrize("name", OF_DEFECTS)
 def test_the_test_of_a_defect_fails_where_lammps_has_the_defect(name, lmp):
     record, motion = outcome(read_test(OF_DEFECTS[name]), lmp)

@@ -153,12 +153,25 @@ def state(lmp):
     return run_test(askew(), lmp).states[0]
 
 
+def read(test, state):
+    """Return the scene of a test whose variables LAMMPS has nothing to fill in for."""
+    log = "".join(f"COMMAND {n}\n{command}\n" for n, command in enumerate(test.commands))
+    return read_scene(test, log, state, 2e-6)
+
+
 @pytest.mark.parametrize("word", NOT_UNDERSTOOD)
 def test_what_is_not_understood_is_named(state, word):
-    test = NOT_UNDERSTOOD[word]
-    log = "".join(f"COMMAND {n}\n{command}\n" for n, command in enumerate(test.commands))
     with pytest.raises(NotUnderstoodError, match=re.escape(word)):
-        read_scene(test, log, {**state, **OTHER_STATES.get(word, {})}, 2e-6)
+        read(NOT_UNDERSTOOD[word], {**state, **OTHER_STATES.get(word, {})})
+
+
+@pytest.mark.parametrize(
+    ("segments", "every"), [((300, 300), 1), ((150_000, 200_000), 5), ((100_000, 99_991), 1)]
+)
+def test_the_motion_has_samples_at_the_ends_and_between(state, segments, every):
+    reading = read(named(askew(), segments=segments), state)
+    assert reading.scene.every == every
+    assert not any(end % every for end in reading.ends)
 
 
 @pytest.mark.parametrize(
