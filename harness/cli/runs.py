@@ -240,13 +240,13 @@ def run(
             check_duration=partial(engines.check_seconds, work=f"case {case!r} with these values"),
             progress=opening.progress,
         )
-    profile = partial(pd.DataFrame(dict(result.profile)).to_csv, index=False)
-    output.write_all({("--profile", choice.profile): profile,
-               ("--script", choice.script): text_writer(result.script)})  # fmt: skip
-    if choice.film is not None and result.discs is not None:
+    if choice.film is not None and result.discs is not None:  # first: ffmpeg may fail
         from harness.report.figures import write_film
 
         write_film(result.discs, choice.film, pictures)
+    profile = partial(pd.DataFrame(dict(result.profile)).to_csv, index=False)
+    output.write_all({("--profile", choice.profile): profile,
+               ("--script", choice.script): text_writer(result.script)})  # fmt: skip
     return opening.show(result.to_json(), json, result.summary())
 
 

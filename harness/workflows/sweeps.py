@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import chain
@@ -247,22 +248,12 @@ def sweep(  # noqa: PLR0913 - the options of a user
     planned = plan(case, over, fixed, engines, quantities)
     points = None if reference is None else planned.points_in(reference)
     check(planned)
-    count = sum(not point.refusal for point in planned.points)
-    if output is not None:
-        _take_folder(output, planned.request)
     opening = open_engine or (opened if executor is None else partial(opened_on, executor))
-    for engine in planned.engines:
-        progress(engine, 0, count)
-        try:
-            runs = _runs(planned, engine, opening, executor)
-            for done, (place, outcome, facts) in enumerate(runs, 1):
-                planned.table[engine][place] |= {**_cells(outcome, planned.columns), **facts}
-                progress(engine, done, count)
-        except EngineMissingError as error:
-            if ALL not in words_in(planned.request.engines):
-                raise
-            planned.missing[engine] = str(error)
-    if output is not None:
+    if output is None:
+        _make_runs(planned, opening, executor, progress)
+        return planned
+    with _taken_folder(output, planned.request):
+        _make_runs(planned, opening, executor, progress)
         files: dict[tuple[str, Path], Writer] = {
             ("--output", output / ROWS): partial(planned.to_frame().to_csv, index=False)
         }
@@ -322,6 +313,24 @@ def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
 
 
 # ---- runs
+
+
+def _make_runs(
+    planned: Sweep, open_engine: OpenEngine, executor: Executor | None, progress: Progress
+) -> None:
+    """Fill the table. Raise EngineMissingError for an engine that is named and not here."""
+    count = sum(not point.refusal for point in planned.points)
+    for engine in planned.engines:
+        progress(engine, 0, count)
+        try:
+            runs = _runs(planned, engine, open_engine, executor)
+            for done, (place, outcome, facts) in enumerate(runs, 1):
+                planned.table[engine][place] |= {**_cells(outcome, planned.columns), **facts}
+                progress(engine, done, count)
+        except EngineMissingError as error:
+            if ALL not in words_in(planned.request.engines):
+                raise
+            planned.missing[engine] = str(error)
 
 
 def _runs(
@@ -418,15 +427,29 @@ def _cells(outcome: Outcome, columns: Mapping[str, str]) -> Row:
 # ---- files
 
 
-def _take_folder(folder: Path, request: SweepRequest) -> None:
-    """Write the request; RequestError for a folder with another sweep or other files."""
+@contextmanager
+def _taken_folder(folder: Path, request: SweepRequest) -> Iterator[None]:
+    """Write the request; take back what was made here on any exception.
+
+    Raise RequestError for a folder with another sweep or other files.
+    """
     file, text = folder / REQUEST, json.dumps(request.model_dump(), indent=2) + "\n"
+    is_new, made = not file.exists(), [p for p in (folder, *folder.parents) if not p.exists()]
     check_writable(folder)
     if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != text:
         raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
     if not file.is_file() and any(path.name[0] != "." for path in folder.glob("*")):
         raise RequestError(f"--output {folder}: holds files of no sweep; name another")
     write_files({("--output", file): text_writer(text)})
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):  # a folder that has other files now stays
+            if is_new:
+                file.unlink()
+            for path in made:
+                path.rmdir()
+        raise
 
 
 @dataclass(frozen=True)

@@ -150,6 +150,20 @@ def test_a_run_that_takes_more_than_ten_minutes_is_refused(harness, monkeypatch)
     harness(*RUN, "--engine", "good", "--force")
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        (*RUN, "--engine", "missing", "--script", "in.run", "--film", "f.png"),
+        ("sweep", "bounce", "--over", "restitution=0.2,0.8", "--engines", "good,missing"),
+        ("sweep", "bounce", "--over", "restitution=0.2,0.8", "--engines", "good,missing",
+         "--output", "a/b"),
+    ],
+)  # fmt: skip
+def test_an_engine_that_is_missing_leaves_no_file(harness, tmp_path, words):
+    harness(*words, status=3)
+    assert not list(tmp_path.iterdir())
+
+
 # ---- sweep
 
 
