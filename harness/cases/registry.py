@@ -14,7 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from harness.cases.base import Case
-from harness.errors import RequestError
+from harness.errors import HarnessError, RequestError
 
 ENTRY_POINT = "dem_harness.cases"
 ALL = "all"
@@ -51,6 +51,10 @@ GROUPS: Mapping[str, Mapping[str, str]] = {
 """Where the cases of this package are, by group and name."""
 
 
+class BrokenCaseError(HarnessError):
+    """A case of another package that cannot be used, in one line that names package and case."""
+
+
 def homes() -> dict[str, str]:
     """Return ``module:CASE`` of each case of this package, by name."""
     return {name: home for group in GROUPS.values() for name, home in group.items()}
@@ -64,7 +68,8 @@ def case_names() -> tuple[str, ...]:
 def get_case(name: str) -> Case[Any]:
     """Return a case by name.
 
-    Raise RequestError for an unknown name, and for a case of another package that cannot be used.
+    Raise RequestError for an unknown name, BrokenCaseError for a case of another package that
+    cannot be used.
     """
     if (home := homes().get(name)) is not None:
         module, _, attribute = home.partition(":")
@@ -90,7 +95,8 @@ def plugin_faults() -> list[str]:
 def selected_names(words: str | Iterable[str] | None = None) -> list[str]:
     """Return the names of cases by names, groups or ``all``; :data:`DEFAULT` for None.
 
-    Raise RequestError for another word, and for no word at all.
+    ``all`` has cases of other packages that cannot be used, too. Raise RequestError for another
+    word, and for no word at all.
     """
     if words is None:
         return list(DEFAULT)
@@ -103,7 +109,7 @@ def selected_names(words: str | Iterable[str] | None = None) -> list[str]:
 
 def _names_of(word: str) -> list[str]:
     if word == ALL:
-        return list(usable_cases())
+        return list(case_names())
     if word in case_names():
         return [word]
     plugins = (point for point in _plugins().values() if not _fault(point))
@@ -127,7 +133,7 @@ def _plugins() -> dict[str, EntryPoint]:
 def _fault(point: EntryPoint) -> str:
     try:
         _plugin_case(point)
-    except RequestError as error:
+    except BrokenCaseError as error:
         return str(error)
     return ""
 
@@ -137,17 +143,17 @@ def _plugin_case(point: EntryPoint) -> Case[Any]:
     owner = _package(_plugins().get(point.name, point))
     if point.name in homes() or owner != _package(point):
         owner = "dem-harness" if point.name in homes() else owner
-        raise RequestError(f"{label}: package {owner!r} has a case of this name")
+        raise BrokenCaseError(f"{label}: package {owner!r} has a case of this name")
     try:
         case = point.load()
-    except Exception as error:  # another package may raise anything
+    except (Exception, SystemExit) as error:  # another package may raise anything
         reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise RequestError(f"{label} does not import: {reason}") from None
+        raise BrokenCaseError(f"{label} does not import: {reason}") from None
     if not isinstance(case, Case):
         must = "must be an instance of harness.cases.base.Case"
-        raise RequestError(f"{label} is a {type(case).__name__}, {must}")
+        raise BrokenCaseError(f"{label} is a {type(case).__name__}, {must}")
     if (name := getattr(case, "name", None)) != point.name:
-        raise RequestError(f"{label} has the name {name!r}, must be the same")
+        raise BrokenCaseError(f"{label} has the name {name!r}, must be the same")
     return case
 
 

@@ -52,14 +52,17 @@ def engine_names() -> list[str]:
 def engine_class(name: str) -> type[Engine]:
     """Return the class of an engine, whose code need not be installed.
 
-    Raise RequestError for an unknown name, or an engine of another package that cannot be imported
-    or is none.
+    Raise RequestError for an unknown name, or a ``module:Class`` that cannot be imported or is
+    none; EngineMissingError for such an engine of another package.
     """
     if name in ENGINES:
         return _class_at(ENGINES[name], f"engine {name!r}")
     if plugin := _plugins().get(name):
         package = plugin.dist.name if plugin.dist else plugin.value.partition(":")[0]
-        return _class_at(plugin.value, f"engine {name!r} of package {package!r}")
+        try:
+            return _class_at(plugin.value, f"engine {name!r} of package {package!r}")
+        except RequestError as error:  # the request is right, the package is not
+            raise EngineMissingError(str(error)) from None
     _check_name(name, f"--engine {name!r}")
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))
@@ -68,7 +71,7 @@ def engine_class(name: str) -> type[Engine]:
 
 def engine_title(name: str) -> str:
     """Return the name of an engine in tables and figures; any other name as it is."""
-    with suppress(RequestError):
+    with suppress(RequestError, EngineMissingError):
         return engine_class(name).traits.title or name.upper()
     return name
 
@@ -82,8 +85,8 @@ def open_engine(
     that are None are omitted. ``program`` is the executable of an engine that has one.
 
     Raise RequestError for an unknown name or an option that the engine does not take,
-    EngineMissingError when the engine is not installed, ContractError for any other exception of a
-    class of another package.
+    EngineMissingError when the engine is not installed or its package is broken, ContractError for
+    any other exception of a class of another package.
     """
     chosen = chosen_options(name, {**(options or {}), **more})
     kind = engine_class(name)

@@ -14,7 +14,7 @@ from harness.cases.registry import get_case, homes, usable_cases
 from harness.engines.base import SCENE_NAME, Traits
 from harness.engines.output import Provenance
 from harness.engines.registry import DEFAULT, ENGINES, engine_class, engine_names, open_engine
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError, EngineMissingError, RequestError
 from harness.files import check_folder, text_writer, write_files
 from harness.model.base import Parameters, allowed_in, unit
 from harness.workflows import Progress, silent
@@ -56,7 +56,7 @@ def engines(
         options = {"program": programs[name]} if programs and name in programs else {}
         records.append(_engine(name, options))
         twin = None
-        with suppress(RequestError):  # the record has the reason
+        with suppress(RequestError, EngineMissingError):  # the record has the reason
             twin = engine_class(name).twin_options(**options)
         if twin is not None:
             more = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
@@ -167,7 +167,7 @@ def _details(case: Case[Any]) -> Record:
 def _takes(engine: str, case: Case[Any]) -> bool:
     try:
         return takes_job(engine_class(engine), case)
-    except RequestError:  # of another package, which does not import
+    except EngineMissingError:  # of another package, which is broken
         return False
 
 

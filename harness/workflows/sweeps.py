@@ -135,8 +135,9 @@ class Sweep(Plottable):
         """Return the expected time of all runs on one core [s], cached ones among them."""
         runs, total = [point.parameters for point in self.points if not point.refusal], 0.0
         for name in self.engines:
-            traits = None if is_solver(self.case, name) else engine_class(name).traits
-            total += sum(run_seconds(self.case, run, traits, self.quantities) for run in runs)
+            with suppress(EngineMissingError):  # of another package: it makes no run
+                traits = None if is_solver(self.case, name) else engine_class(name).traits
+                total += sum(run_seconds(self.case, run, traits, self.quantities) for run in runs)
         return total
 
     def count(self, status: str) -> int:
@@ -305,11 +306,14 @@ def _engines(case: Case[Any], text: str) -> tuple[str, ...]:
     if not text:
         return (usual_runner(case),)
     always = {*words_in(text), *case.solvers}
-    return tuple(
-        name
-        for name in selected_engines(text, case.solvers)
-        if name in always or takes_job(engine_class(name), case)
-    )
+
+    def can_run(name: str) -> bool:
+        try:
+            return name in always or takes_job(engine_class(name), case)
+        except EngineMissingError:  # of another package: the reason is that of opening it
+            return True
+
+    return tuple(filter(can_run, selected_engines(text, case.solvers)))
 
 
 # ---- runs

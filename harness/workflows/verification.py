@@ -31,10 +31,10 @@ from harness.cases.checks import error_row, run_checks, selected
 from harness.cases.registry import (
     ALL,
     QUALIFYING,
+    BrokenCaseError,
     case_names,
     get_case,
     selected_names,
-    usable_cases,
 )
 from harness.engines.base import Engine, job_seconds
 from harness.engines.process import one_thread, parallel_each
@@ -99,18 +99,25 @@ def verify(  # noqa: PLR0913 - the options of a user
     for ``png``. With an ``executor`` its workers run the engines, in place of ``open_engine``.
     ``check_duration`` is called with the expected time on one core [s], and may raise.
 
-    An engine that is missing, dies or does not qualify, and a case that raises, are rows. Raise
-    RequestError, before anything runs, for an unknown level, case, engine or pattern.
+    An engine that is missing, dies or does not qualify, a case that raises, and of ``all`` a
+    broken engine or case of another package, are rows. Raise RequestError, before anything runs,
+    for an unknown level, case, engine or pattern; BrokenCaseError for such a case that is named.
     """
     if level not in LEVELS:
         raise RequestError(f"level = {level!r} is not known: must be one of {', '.join(LEVELS)}")
-    if only and cases is None:
-        chosen = list(usable_cases().values())
-    else:
-        chosen = [get_case(name) for name in selected_names(cases)]
+    cases = ALL if only and cases is None else cases
+    chosen, broken = list[Case[Any]](), dict[str, str]()
+    for name in selected_names(cases):
+        try:
+            chosen.append(get_case(name))
+        except BrokenCaseError as error:
+            if name in words_in(cases or ()):
+                raise
+            broken[name] = str(error)
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
-        session = Session(level, only or "*", chosen, load_defects(known_defects), progress)
+        defects = load_defects(known_defects)
+        session = Session(level, only or "*", chosen, defects, progress, broken=broken)
         opening = open_engine if executor is None else partial(opened_on, executor)
         session.open(selected_engines(engines), opening, stack)
         everything = ALL in words_in(engines)
@@ -176,13 +183,17 @@ def _load_report() -> None:
 
 @dataclass
 class Session:
-    """A verification on its way: benches by engine, checks by engine and case, rows so far."""
+    """A verification on its way: benches by engine, checks by engine and case, rows so far.
+
+    ``broken`` are the cases that cannot be used, with the reason.
+    """
 
     level: Level
     only: str
     cases: Sequence[Case[Any]]
     defects: Sequence[KnownDefect]
     progress: Progress
+    broken: Mapping[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     benches: dict[str, Bench] = field(default_factory=dict)
     checks: dict[Key, list[Check]] = field(default_factory=dict)
@@ -220,13 +231,16 @@ class Session:
 
     def plan(self) -> None:
         """List the checks; raise RequestError where the pattern selects none of them."""
+        for name, reason in self.broken.items():
+            self._add(not_tested(self._blank(OWN, name), reason))
         for case in self.cases:
             self._plan(OWN, case, "own_checks")
             for engine in self.engines:
                 self._plan(engine.name, case, "checks", engine, self.level)
         self._plan_comparisons()
-        planned = [*self.checks.values(), *self.comparisons.values()]
-        if self.engines and self.only != "*" and not any(planned):
+        planned = any([*self.checks.values(), *self.comparisons.values()])
+        planned = planned or any((OWN, name) in self.rows for name in self.broken)
+        if self.engines and self.only != "*" and not planned:
             raise RequestError(
                 f"--only {self.only!r}: matches no case/setup/quantity of this level"
             )
@@ -272,7 +286,7 @@ class Session:
 
     def all_rows(self) -> list[Row]:
         """Return the rows by case and engine; a second row of one key is a harness error."""
-        cases = ["", *(case.name for case in self.cases), *QUALIFYING]
+        cases = ["", *(case.name for case in self.cases), *self.broken, *QUALIFYING]
         engines = [*self.benches, *self.versions]  # those that are missing last
         counts: Counter[tuple[str, ...]] = Counter()
         rows = []

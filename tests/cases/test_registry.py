@@ -87,7 +87,7 @@ def test_a_fault_of_a_plug_in_is_one_line_with_package_and_case(installed, name,
     assert "\n" not in fault
     assert name == "bounce" or name not in registry.usable_cases()
     if name != "bounce":
-        with pytest.raises(RequestError, match="package 'lib'"):
+        with pytest.raises(registry.BrokenCaseError, match="package 'lib'"):
             registry.get_case(name)
 
 

@@ -267,6 +267,28 @@ def test_diff_and_accept_of_runs(answer, tmp_path):
     assert (tmp_path / "accepted" / "good" / "1" / "rows.csv").is_file()
 
 
+def test_broken_packages_are_rows_of_all_and_harm_no_other(harness, answer, monkeypatch):
+    for room in ("cases", "engines"):
+        point = EntryPoint("lost", "nowhere:X", f"dem_harness.{room}")
+        monkeypatch.setattr(
+            f"harness.{room}.registry._plugins", lambda point=point: {"lost": point}
+        )
+    monkeypatch.setattr("harness.engines.registry.ENGINES", {"good": doubles.ENGINES["good"]})
+    record = answer("verify", "--quick", "--engines", "all", "--cases", "all", status=1)
+    lost = [row for row in record["rows"] if "lost" in (row["case"], row["engine"])]
+    cells = {("lost", "harness"), ("bounce", "lost"), ("wrong", "lost")}
+    assert {(row["case"], row["engine"]) for row in lost} == cells
+    assert {row["verdict"] for row in lost} == {"not tested"}
+    assert all("lost" in row["note"] and "'nowhere'" in row["note"] for row in lost)
+    sweep = ("sweep", "bounce", "--over", "restitution=0.2", "--engines")
+    run, verify = (*RUN, "--engine"), ("verify", "--engines")
+    for words in (["engines"], ["cases"], ["cases", "bounce"], [*run, "good"], [*sweep, "all"]):
+        answer(*words)
+    for words in (["cases", "lost"], ["run", "lost"], [*run, "lost"], [*sweep, "lost"],
+                  [*verify, "good", "--cases", "lost"], [*verify, "lost"]):  # fmt: skip
+        assert "nowhere" in harness(*words, status=3).err
+
+
 # ---- lists
 
 

@@ -16,7 +16,7 @@ from harness.engines.registry import (
     fingerprint_of,
     open_engine,
 )
-from harness.errors import EngineError, RequestError
+from harness.errors import EngineError, EngineMissingError, RequestError
 
 PLUGIN = """
 from typing import Literal
@@ -130,7 +130,7 @@ def test_an_engine_that_is_broken_is_named_with_its_package_and_harms_no_other(
     plugins(Point("bad", value, "bad-dem"), Point("mine", "mine:Mine", "mine-dem"))
     assert engine_names() == [*ENGINES, "bad", "mine"]
     with pytest.raises(
-        RequestError, match=f"^engine 'bad' of package 'bad-dem'.*{reason}"
+        EngineMissingError, match=f"^engine 'bad' of package 'bad-dem'.*{reason}"
     ) as error:
         engine_class("bad")
     assert "\n" not in str(error.value)
