@@ -105,6 +105,9 @@ def verify(
     died = [row for row in record["rows"] if row["failure"] in ENGINE_FAILURES]
     if record["status"] == HarnessError.exit_status and not json:
         output.tell(f"{output.name_of(died[0])}: {died[0]['note']}" if died else record["headline"])
+        reasons = {row["engine"]: row["note"] for row in record["rows"]}
+        for name in (name for name, version in record["engines"].items() if not version):
+            output.tell(f"engine {name!r} could not be run: {reasons[name]}")
     most = len(record["rows"]) if choice.verbose else MOST_ROWS
     return output.show(record, json, _lines_to_print(record, choice.verbose), most)
 

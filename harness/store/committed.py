@@ -81,7 +81,7 @@ def _merged(before: pd.DataFrame, rows: pd.DataFrame, run: Run) -> pd.DataFrame:
     present = pd.MultiIndex.from_frame(before[keys]).isin(pd.MultiIndex.from_frame(rows[keys]))
     is_whole = rows["setup"] == ""  # of a case whose checks were not run
     untested = before["case"].isin(rows[is_whole]["case"])
-    remaining = before[present | untested | ~run.meta.covers(before)]
+    remaining = before[present | untested | ~run.meta.of_engines_that_ran().covers(before)]
     tested = rows[~is_whole & (rows["verdict"] != Verdict.NOT_TESTED)]
     tested = tested.assign(reason="", note="", log="")  # texts lie with the run and its checks
     merged = pd.concat([remaining, tested]) if len(remaining) else tested

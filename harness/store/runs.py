@@ -81,6 +81,12 @@ class Meta(Parameters):
     platform: str = ""
     harness_version: str = ""
 
+    def of_engines_that_ran(self) -> Meta:
+        """Return the request as if engines that could not be run had been left out of it."""
+        ran = {name: version for name, version in self.engines.items() if version}
+        missing = tuple(name for name in self.engines if name not in ran)
+        return self.replace(engines=ran, left_out=(*self.left_out, *missing))
+
     def covers(self, rows: pd.DataFrame) -> Mask:
         """Return which rows, by key and level, were requested, shape (rows,).
 
@@ -196,8 +202,13 @@ class Run:
         return replace(self, changes=self.changes_from_accepted(accepted))
 
     def changes_from_accepted(self, accepted: pd.DataFrame) -> pd.DataFrame:
-        """Return what changed from accepted rows; those that were not requested are no change."""
-        changes = compare(accepted, self.rows, covers_after=self.meta.covers)
+        """Return what changed from accepted rows.
+
+        Those that were not requested are no change, and those of an engine that could not be run
+        neither: the status of the run says so once.
+        """
+        covers = self.meta.of_engines_that_ran().covers
+        changes = compare(accepted, self.rows, covers_after=covers)
         is_here = changes["verdict_after"].notna()
         return changes[is_here | (changes["change"] != Change.NOT_COMPARABLE)]
 

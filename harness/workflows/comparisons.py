@@ -102,7 +102,7 @@ def diff(*runs: str | Path | Run, accepted: Path | None = None) -> Comparison:
         if not any((folder / engine).is_dir() for engine in engines):
             raise RequestError(f"diff: {folder} has no accepted run of {', '.join(engines)}")
         steps = [read[0].changes_from_accepted(accepted_rows(engines, folder))]
-        status = int(not regressions(steps[0]).empty)
+        status = int(not regressions(steps[0]).empty or not all(engines.values()))
     else:
         steps = [after.changes_from(before) for before, after in pairwise(read)]
         status = int((steps[-1]["change"] == Change.WORSE).any())

@@ -257,6 +257,7 @@ def test_what_failed_in_an_engine_is_told(harness, monkeypatch):
     assert "bounce (200 steps), dying: restitution: out of time: it did not finish" in told
     told = harness("verify", "--engines", "good,missing", status=3).err
     assert "All verdicts hold; missing could not be run; 1 not tested" in told
+    assert "engine 'missing' could not be run: missing: no program" in told
 
 
 def test_diff_and_accept_of_runs(answer, tmp_path):

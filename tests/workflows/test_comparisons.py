@@ -8,6 +8,8 @@ import pytest
 from harness.engines import registry as engines
 from harness.errors import EngineMissingError, RequestError
 from harness.results.compare import Change
+from harness.results.rows import not_tested, table
+from harness.store.committed import accepted_rows
 from harness.store.runs import NUMBERS, Meta, Run, write_run
 from harness.workflows import accept, defects, diff, releases
 from harness.workflows.comparisons import values_of
@@ -55,6 +57,21 @@ def test_a_trend_of_three_runs(runs):
     trend = values_of(*runs).reset_index().set_index("quantity")
     assert trend.loc["angle", [str(run) for run in runs]].tolist() == [10.0, 10.5, 10.0]
     assert len(found.summary()) >= 2
+
+
+def test_rows_of_an_engine_that_could_not_be_run_are_not_worse_and_stay_accepted(tmp_path):
+    two = META.replace(engines={"code": "1", "other": "1"})
+    accepted = [row("angle"), row("shock", check="over other"), row("sink", engine="other")]
+    accept(Run(table(accepted), two), tmp_path)
+    untested = not_tested(row("", setup="", engine="other", version=""), "other is missing")
+    lacking = Run(table([row("angle"), untested]), META.replace(engines={"code": "1", "other": ""}))
+    found = diff(lacking, "accepted", accepted=tmp_path)
+    assert (found.status, found.facts["counts"]) == (1, {"same": 1, "not comparable": 1})
+    compared = lacking.against(accepted_rows(two.engines, tmp_path))
+    assert (compared.status, compared.regressions.empty) == (3, True)
+    assert compared.headline == "All verdicts hold; other could not be run; 1 not tested"
+    accept(lacking, tmp_path)
+    assert len(accepted_rows(two.engines, tmp_path)) == 3
 
 
 def test_a_run_and_the_accepted_one(runs, tmp_path):
