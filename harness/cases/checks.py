@@ -432,8 +432,7 @@ class _Run:
         """Return whether the reference gives the values that fail, with a switch and only so."""
 
         def gives(*defects: KnownDefect) -> bool:
-            bench = _ReferenceBench(self.bench.engine)
-            bench.defects = defects
+            bench = _ReferenceBench(self.bench.engine, defects)
             failing = [pair for pair in self.judged if pair[1].verdict is Verdict.FAIL]
             errors = [abs(row_in(bench, check, row).value - row.value) for check, row in failing]
             sizes = [min(row.tolerance, SAME_VALUE * abs(row.value)) for _, row in failing]
@@ -455,7 +454,9 @@ class _Run:
 class _ReferenceBench(Bench):
     """The reference with the switches of defects, in the place of an engine."""
 
-    defects: Sequence[KnownDefect] = ()
+    def __init__(self, engine: Engine, defects: Sequence[KnownDefect]) -> None:
+        super().__init__(engine)
+        self._defects = defects
 
     def prepare(self, jobs: Sequence[Job]) -> None:
         pass  # the reference runs a scene where its output is needed
@@ -465,7 +466,7 @@ class _ReferenceBench(Bench):
 
     def reference(self, scene: Scene) -> Motion:
         trial = Trial({scene: self.rules(scene)}, bool)
-        return self._memo(scene, lambda: trial.motions(self.defects)[scene])
+        return self._memo(scene, lambda: trial.motions(self._defects)[scene])
 
 
 def _passes(bench: Bench, check: Check, row: Row) -> bool:
