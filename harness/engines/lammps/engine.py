@@ -190,7 +190,8 @@ class Lammps(LammpsLanguage):
         words = [*command, "-in", "batch.in", "-log", "none"]
         answer, ended = self.ask(words, {"batch.in": "print hello\n"})
         greetings = len(re.findall(r"^LAMMPS \(", answer, re.MULTILINE))
-        option = f"{'--mpirun' if launcher else '--lmp'} {shlex.join(command)!r}"
+        named_by = "--mpirun" if self._launcher else "mpirun on PATH:" if launcher else "--lmp"
+        option = f"{named_by} {shlex.join(command)!r}"
         if greetings > 1:
             raise EngineMissingError(
                 f"{option} starts {greetings} separate LAMMPS instead of one on all ranks: "
