@@ -277,16 +277,16 @@ def level_bed(
     from scipy.integrate import quad
     from scipy.optimize import brentq
 
-    def moment(height: float, power: int) -> float:
-        weighted = lambda z: section(z) * (z - lowest) ** power  # noqa: E731
-        return float(quad(weighted, lowest, height, epsabs=0.0, epsrel=1e-12)[0])
+    size = section(mean_height) * (mean_height - lowest) ** 2
 
-    def difference(height: float) -> float:
-        return lowest + moment(height, 1) / moment(height, 0) - mean_height
+    def moment(height: float) -> float:
+        """Return the moment [m4] about the mean height: zero at the height of the bed."""
+        weighted = lambda z: section(z) * (z - mean_height)  # noqa: E731
+        return float(quad(weighted, lowest, height, epsabs=1e-12 * size, epsrel=1e-12)[0])
 
     start = lowest + 1e-3 * (mean_height - lowest)
-    height = float(brentq(difference, start, highest, xtol=1e-15))
-    return height, moment(height, 0)
+    height = float(brentq(moment, start, highest, xtol=1e-15))
+    return height, float(quad(section, lowest, height, epsabs=0.0, epsrel=1e-12)[0])
 
 
 # ---- published beds
