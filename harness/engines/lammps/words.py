@@ -179,6 +179,8 @@ class Atoms:
             ]
             kinds = [law for law in dict.fromkeys(laws) if law is not None]
             for part, law in enumerate(kinds, 1):
+                if law.two_materials:
+                    raise Unsupported("its walls take coefficients of the contact, and mix none")
                 name = f"wall{number}" if len(kinds) == 1 else f"wall{number}_{part}"
                 which = [other == law for other in laws]
                 yield from group_line(name, which)
@@ -187,7 +189,7 @@ class Atoms:
                 words = (
                     gran_words(law)
                     if law.interface == "old"
-                    else f"granular {granular_words(law.one_material, mass)}"
+                    else f"granular {granular_words(law, mass)}"
                 )
                 yield from wall_lines(name, "all" if all(which) else name, wall, words, law)
 

@@ -63,6 +63,7 @@ SHELL = sphere(R, 2500.0, inertia=0.6 * MASS * R**2)
 OSCILLATES = {"amplitude": (1e-5, 0.0, 1e-5), "frequency": 600.0}
 UNSUPPORTED = {
     "two materials of one type": three(MINDLIN.replace(**MIXED)),
+    "two materials at a wall": SYSTEMS["wall"](MINDLIN.replace(**MIXED)),
     "friction of each of gran/*": SYSTEMS["spheres"](OLD_HISTORY.replace(partner_friction=0.1)),
     "constant torque": SYSTEMS["wall"](LINEAR.replace(rolling="constant", rolling_friction=0.1)),
     "heat of gran/*": SYSTEMS["wall"](LAWS["gran/hooke"].replace(**HEATED)),
