@@ -331,7 +331,9 @@ class Twist(Resting):
         deceleration_ratio="mean of the second half, over 5/2 mu_t g / r^2",
     )
 
-    allowed: ClassVar = {**Resting.allowed, "partner": ("wall", "frozen")}
+    allowed: ClassVar = {
+        **Resting.allowed, "partner": ("wall", "frozen"), "twisting": ("sds", "marshall"),
+    }  # fmt: skip
 
     spin: AngularSpeed = Field(20.0, description="[rad/s] at the start")
 

@@ -46,6 +46,7 @@ REFUSED = [
     ("incline-rest", {"rolling": "none"}, "rolling = 'none': must be sds in this case"),
     ("incline-rest", {"rolling_friction": 0.0}, r"rolling_friction = 0\.0: must be greater"),
     ("twist", {"twisting_friction": 0.0}, r"twisting_friction = 0\.0 m: must be greater than 0"),
+    ("twist", {"twisting": "none"}, "twisting = 'none': must be sds or marshall in this case"),
     ("stacked", {"squeeze": 1e-12}, "squeeze = 1e-12: must be between "),
     ("stacked", {"offset": 0.1, "squeeze": 0.1, "partner_radius": 1e-3},
      r"offset = 0\.1: must be between"),
