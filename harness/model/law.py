@@ -416,7 +416,8 @@ def _foreign(part: str, model: str) -> dict[str, str]:
 
 
 def _rows(models: Mapping[str, Any]) -> list[Submodel]:
-    return [rows[models[part]] for part, rows in SUBMODELS.items() if models[part] in rows]
+    named = ((rows, str(models[part])) for part, rows in SUBMODELS.items())  # as yet unchecked
+    return [rows[name] for rows, name in named if name in rows]
 
 
 # ---- contacts without friction, in the words of the parameters of cases

@@ -24,6 +24,8 @@ BAD = {
     "tower": [
         ("--height 1.5", "--height '1.5'", "whole number"),
         ("--height 0", "height = 0", "greater than or equal to 1"),
+        ("--duration 1e308", "duration = 1e+308 t0", "2e9 steps"),
+        ("--steps-per-contact 1e308", "1e+308 steps per contact", "2e9 steps"),
         ("--solver nix", "--solver 'nix'", "or a solver of this package: rk4, exact"),
         ("--lmp x", "--lmp 'x'", "goes with --solver lammps only"),
         ("--series .", "--series .", "is a folder"),

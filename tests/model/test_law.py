@@ -41,6 +41,7 @@ def test_defaults_of_the_submodels_that_are_there():
         ({"normal": "hertz", "normal_modulus": 1e8, "youngs_modulus": 1e8}, "normal_modulus: must"),
         ({"normal": "mdr", "tangential": "mindlin", "partner_friction": 0.1}, "has one material"),
         ({"rolling": "sds"}, "must be given with rolling = 'sds'"),
+        ({"normal": ["hooke"]}, "normal = ['hooke']: must be"),
     ],
 )
 def test_refused_in_one_line(values, line):

@@ -42,6 +42,8 @@ Floats = NDArray[np.float64]
 PUBLISHED = "published"  # preset and places of the published systems
 RAYLEIGH_SHARE = 0.2  # longest step over the time of a Rayleigh wave around half a sphere
 STEPS_IN_IMPACT = 20.0  # fewest steps of a Hertz impact
+SMALLEST, LARGEST = 1e-30, 1e30  # values in SI units: volumes and steps stay finite
+MOST_SITES = 3000  # of a lattice between two walls, in a row: all sites of a layer are in memory
 NO_VALUES = frozenset({"settle_time", "duration", "turn", "cell"})  # parameters, not of scripts
 LATTICE: Mapping[str, Value] = {"bed": "lattice", "places": "none"}  # values of no published bed
 
@@ -135,6 +137,9 @@ class Bed(Parameters):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        for name, value in self:
+            if isinstance(value, float) and value and not SMALLEST <= abs(value) <= LARGEST:
+                raise ValueError(f"{name} = {value!r}: must be {SMALLEST:g} to {LARGEST:g} in size")
         if flaw := next(self._flaws(), None):
             raise ValueError(flaw)
         if self.step_size > self.longest_step:
@@ -260,7 +265,15 @@ class BedOfOneKind(Bed):
 
 
 def lattice_sites(pitch: float, low: float, high: float) -> Floats:
-    """Return the sites (i + 1/2) pitches of a lattice between two places, (sites,)."""
+    """Return the sites (i + 1/2) pitches of a lattice between two places, (sites,).
+
+    Raise ValueError for more than :data:`MOST_SITES`.
+    """
+    if (high - low) / pitch > MOST_SITES:
+        raise ValueError(
+            f"{(high - low) / pitch:.3g} grains find room in a row between walls: at most "
+            f"{MOST_SITES} are allowed; must have a larger radius, or spacing"
+        )
     first, last = (math.floor(end / pitch) for end in (low, high))
     site = pitch * (np.arange(first - 1, last + 2) + 0.5)
     return np.asarray(site[(site >= low) & (site <= high)])

@@ -28,6 +28,7 @@ Route = Literal["passage", "steady"]
 
 START_BEHIND_CREST = 10.0  # [deg] of a passage, which also ends at most as far before one
 START_WITH_LITTLE_FRICTION = 1.0  # [deg] likewise: a grain rolls there with mu > 0.005
+MOST_UNITS_OF_TIME = 1e30  # [sqrt(d / g)] of a motion: a number of steps is finite
 ROLLS_AT_START = 0.1  # friction with which a grain rolls at START_BEHIND_CREST, 0.06 is the least
 
 
@@ -175,6 +176,10 @@ class Incline(OverRow):
             raise ValueError(
                 f"diameter = {self.diameter:g} m with density = {self.density:g} kg/m3 gives a "
                 "mass that is beyond floating point: must be from about 1e-297 to 1e297 kg"
+            )
+        if self.time_limit > MOST_UNITS_OF_TIME:
+            raise ValueError(
+                f"time_limit = {self.time_limit:g}: must be at most {MOST_UNITS_OF_TIME:g}"
             )
         self._check_size()
         if self.static_overlap > 0.01:

@@ -171,8 +171,8 @@ def solve(
         raise RequestError(f"solver = {solver!r}: must be one of {', '.join(SOLVERS)}")
     seconds, chain = duration * case.contact_time, chain_of(case)
     if samples is None:
-        samples = max(1, math.ceil(SAMPLES_PER_T0 * seconds / case.contact_time))
-        samples = min(samples, max(100, MOST_KEPT // case.particles))
+        most = max(100, MOST_KEPT // case.particles)
+        samples = math.ceil(min(SAMPLES_PER_T0 * duration, most))
     how: dict[str, Any] = {"samples": samples, "progress": progress}
     if solver == "exact":
         if steps_per_contact is not None:
@@ -304,15 +304,18 @@ def make_setup(
     scheme: Scheme = "velocity_verlet"
     wanted = STEPS[scheme] if steps_per_contact is None else steps_per_contact
     _stable_steps(chain_of(case), case, scheme, wanted, math.pi)
+    seconds = duration * case.contact_time
+    least = seconds / case.contact_period * wanted
+    if not least <= MOST_STEPS:
+        raise RequestError(
+            f"duration = {duration:g} t0, {wanted:g} steps per contact: more than 2e9 steps, "
+            "LAMMPS's bound"
+        )
     if samples is None:
         samples = math.ceil(SAMPLES_PER_T0 * duration)
         samples = max(100, min(samples, MOST_ROWS // case.particles))
-    seconds = duration * case.contact_time
-    least = seconds / case.contact_period * wanted
     every = max(1, math.floor(least / samples))
     steps = every * math.ceil(least / every * (1 - 1e-12))
-    if steps > MOST_STEPS:
-        raise RequestError(f"duration = {duration:g} t0: more than 2e9 steps, LAMMPS's bound")
     return Setup(case, duration, seconds / steps, steps, every)
 
 

@@ -69,6 +69,7 @@ def test_a_step_at_the_bound_is_refused_and_just_above_it_allowed(contact):
         ({"spheres": 3}, "spheres = 3: must be greater than or equal to 4"),
         ({"phase": 1.5}, "phase = 1.5: must be less than or equal to 1"),
         ({"wells": 0}, "wells = 0: must be greater than or equal to 1"),
+        ({"time_limit": 1e308}, r"time_limit = 1e\+308: must be at most 1e\+30"),
         ({"contact": "wet"}, "must be one of source, clipped, plastic"),
         ({"stiffness": 900.0}, r"stiffness = 900 N/m .*at least 981 N/m"),
         ({"diameter": 1e-150}, "beyond floating point"),
