@@ -145,7 +145,7 @@ def critical_angle(
         else:
             shared |= {"method": choice.method, "tolerance_deg": choice.tolerance}
             record = workflows.critical_angle(case, wells=choice.wells, **shared).to_json()
-    return opening.show({**angles_to_compare(contact), **record}, json)
+    return opening.show({**angles_to_compare(case), **record}, json)
 
 
 # ---- the tower

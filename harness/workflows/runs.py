@@ -17,11 +17,11 @@ from harness.engines.base import PARTICLES, Engine, Traits, job_seconds
 from harness.engines.registry import DEFAULT, engine_class, engine_names
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
-from harness.report.content import Summarized
+from harness.report.content import Summarized, value_text
 from harness.store.cache import EngineChoice, opened
 from harness.workflows import Progress, silent
 from harness.workflows.executors import opened_on
-from harness.workflows.settings import NONE, leaves, point_of, quantity_names
+from harness.workflows.settings import leaves, point_of, quantity_names, texts_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,7 +73,7 @@ class Result:
 
     def __str__(self) -> str:
         text = f"{self.value:.10g} {self.unit if self.unit != '1' else ''}".rstrip()
-        text += f" +- {self.uncertainty:.2g}" if self.uncertainty else ""
+        text = value_text(self.value, self.uncertainty, self.unit) if self.uncertainty else text
         if self.reference_kind == NO_REFERENCE:
             return text
         text += f"; {self.reference:.10g} by {self.reference_kind}, {self.difference:+.2g} off"
@@ -111,15 +111,17 @@ class RunResult(Summarized):
         return record | ({"profile": dict(self.profile)} if self.profile else {})
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the quantities as a table, one row each."""
+        """Return the quantities as a table, one row each; of a search with the uncertainty."""
         import pandas as pd
 
         rows = [{"quantity": name, **q.to_json()} for name, q in self.quantities.items()]
-        return pd.DataFrame(rows, columns=["quantity", *COLUMNS])
+        uncertain = ["uncertainty"] * any(q.uncertainty for q in self.quantities.values())
+        return pd.DataFrame(rows, columns=["quantity", *COLUMNS, *uncertain])
 
     def summary(self) -> dict[str, str]:
         """Return who ran the case with what, and the quantities with their references."""
-        values = ", ".join(f"{name} = {value}" for name, value in leaves(self.parameters))
+        given = ((name, value) for name, value in leaves(self.parameters) if value is not None)
+        values = ", ".join(f"{name} = {value}" for name, value in given)
         lines = {self.case: f"{self.engine} {self.engine_version}", "parameters": values}
         return lines | {name: str(result) for name, result in self.quantities.items()}
 
@@ -141,20 +143,20 @@ def run(  # noqa: PLR0913 - the options of a user
     """Run a case once and return its quantities with their references.
 
     ``settings`` are values by the names of parameters, of nested ones with a dot, in SI units and
-    degrees, and ``preset`` for a published set. ``engine`` is an open engine, or the name of an
-    engine or of a solver of the case. ``quantities`` are names of those to return; a search, such
-    as ``critical_angle_deg``, takes several runs. ``profile``, ``script`` and ``film_frames`` (a
-    number of samples) request these parts of the result. With an ``executor`` its workers run the
-    engine of a name, in place of ``open_engine``. ``check_duration`` is called with the expected
-    time on one core [s], and may raise.
+    degrees, and ``preset`` for a published set; a nested object such as ``PLASTIC`` may be whole.
+    ``engine`` is an open engine, or the name of an engine or of a solver of the case.
+    ``quantities`` are names of those to return; a search, such as ``critical_angle_deg``, takes
+    several runs. ``profile``, ``script`` and ``film_frames`` (a number of samples) request these
+    parts of the result. With an ``executor`` its workers run the engine of a name, in place of
+    ``open_engine``. ``check_duration`` is called with the expected time on one core [s], and may
+    raise.
 
     Raise RequestError for a name or value that is not allowed, and for an engine that cannot run
     the case, with the reason; EngineError for a run that failed.
     """
     chosen = get_case(case)
     names = quantity_names(chosen, quantities)
-    texts = {n: NONE if value is None else str(value) for n, value in (settings or {}).items()}
-    point = point_of(chosen, texts, names)
+    point = point_of(chosen, texts_of(settings or {}), names)
     parameters = point.parameters
     if isinstance(engine, Engine):
         opening: AbstractContextManager[Engine] = nullcontext(engine)

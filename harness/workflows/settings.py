@@ -177,6 +177,17 @@ def as_text(values: Any) -> str:
     return ",".join(NONE if value is None else str(value) for value in many)
 
 
+def texts_of(settings: Any) -> dict[str, str]:
+    """Return settings as the text of the command line, of nested ones with dots in the names."""
+    return {name: _setting(value) for name, value in leaves(settings)}
+
+
+def _setting(value: Any) -> str:
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return json.dumps([*value], default=float)
+    return NONE if value is None else str(value)
+
+
 def _texts(tree: Any) -> dict[str, str]:
     return {name: as_text(value) for name, value in leaves(tree)}
 
@@ -206,7 +217,7 @@ class SweepRequest(Parameters):
     case: str = Field(description="[-] name of a case")
     over: Annotated[tuple[dict[str, str], ...], BeforeValidator(_grids)] = Field(
         (), description="[-] values by parameter, all combinations; of several tables in turn")
-    set: Annotated[dict[str, str], BeforeValidator(_texts)] = Field(
+    set: Annotated[dict[str, str], BeforeValidator(texts_of)] = Field(
         {}, description="[-] parameters that are the same in every run")
     engines: Annotated[str, BeforeValidator(as_text)] = Field(
         "", description="[-] engines and solvers of the case")

@@ -60,6 +60,7 @@ from harness.workflows.settings import (
     quantity_names,
     request_in,
     selected_engines,
+    texts_of,
     words_in,
 )
 
@@ -190,7 +191,7 @@ class Sweep(Plottable):
         for place, (key, rows) in enumerate(groups):
             rows = rows.drop_duplicates(across).sort_values(across)
             engine, *values = (NONE if value != value else value for value in key)  # NaN
-            others = [f"{n} = {v}" for n, v in zip(second, values, strict=True)]
+            others = [self._value_text(n, v) for n, v in zip(second, values, strict=True)]
             axes.errorbar(rows[across], rows[column], yerr=rows.get(f"uncertainty_{name}"),
                           ls=":", ms=5, capsize=2, marker=MARKERS[place % len(MARKERS)],
                           label=", ".join([engine_title(str(engine)), *others]))  # fmt: skip
@@ -201,9 +202,13 @@ class Sweep(Plottable):
         if (numbers > 0).all() and numbers.max() >= LOGARITHMIC * numbers.min():
             axes.set_xscale("log")
         units = unit(type(self.case.default), across), self.case.quantity(name).unit
-        label(axes, axis(across, units[0]), axis(name, units[1]), self.case.name)
+        label(axes, axis(across, units[0]), axis(column, units[1]), self.case.name)
         axes.legend()
         return figure
+
+    def _value_text(self, name: str, value: Any) -> str:
+        text = f"{value:g}" if isinstance(value, float) else str(value)
+        return f"{name} = {text} {unit(type(self.case.default), name)}".rstrip()
 
     def _draw_closed_form(self, axes: Axes, name: str, across: str) -> None:
         curves: dict[tuple[str, ...], dict[float, float]] = {}
@@ -282,7 +287,7 @@ def plan(
     file = Path(case) if case.endswith(".toml") else None
     base = SweepRequest(case=case) if file is None else request_in(file)
     swept = {name: as_text(values) for name, values in (over or {}).items()}
-    same = {name: as_text(value) for name, value in (fixed or {}).items()}
+    same = texts_of(fixed or {})
     grids = base.over or (({},) if swept else ())
     request = base.replace(
         over=tuple({**grid, **swept} for grid in grids),

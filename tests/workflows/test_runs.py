@@ -6,9 +6,10 @@ import pytest
 
 from harness.engines.registry import open_engine
 from harness.errors import CombinationError, RequestError, Unsupported
+from harness.model.law import Law
 from harness.workflows import run
 from harness.workflows.runs import refined
-from harness.workflows.settings import point_of
+from harness.workflows.settings import point_of, texts_of
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -60,6 +61,7 @@ def test_a_search_has_its_uncertainty_and_leaves_what_it_varies_out():
     found = ran(quantities="softest")
     assert found.quantities["softest"].value == 1e4
     assert "stiffness" not in found.parameters
+    assert found.to_frame()["uncertainty"].tolist() == [found.quantities["softest"].uncertainty]
     with pytest.raises(RequestError, match=r"--set stiffness=3.*softest varies it"):
         ran(settings={"stiffness": 3}, quantities="softest")
     with pytest.raises(RequestError, match="a search is another run"):
@@ -89,6 +91,20 @@ def test_a_nested_parameter_is_changed_by_its_part():
     assert (law.normal_stiffness, law.friction) == (3e3, None)
     with pytest.raises(CombinationError):
         point_of(doubles.CASE, {"law.tangential": "linear_nohistory"})
+
+
+def test_settings_of_python_are_those_of_the_command_line():
+    settings = {
+        "steps": 20,
+        "law": Law.linear(3e3, 0.1, clipped=True),
+        "sizes": (1.0, 2),
+        "none": None,
+    }
+    texts = texts_of(settings)
+    assert (texts["steps"], texts["sizes"], texts["none"]) == ("20", "[1.0, 2]", "none")
+    assert texts["law.normal_stiffness"] == "3000.0"
+    del texts["sizes"], texts["none"]
+    assert point_of(doubles.CASE, texts).parameters.law == settings["law"]
 
 
 def test_options_of_a_search_go_with_a_search(monkeypatch):

@@ -43,8 +43,9 @@ class Search(Parameters):
         None, ge=1e-9, le=1.0,
         description="[deg] resolution of the search; none: 0.001 by passage, 0.005 by steady")
     starts: int = Field(
-        searches.PHASES, ge=1, le=1000,
-        description="[-] starts within a step, a passage is their mean")
+        searches.PHASES, ge=2, le=1000,
+        description="[-] starts within a step, a passage is their mean, its uncertainty their range"
+    )
     # fmt: on
 
 

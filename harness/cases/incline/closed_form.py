@@ -228,19 +228,27 @@ def expected_angle(case: Incline) -> float | None:
     return _rigid_spheres(e) if case.is_plain else None
 
 
-def angles_to_compare(contact: Contact) -> dict[str, float | str]:
+def angles_to_compare(case: Incline) -> dict[str, float | str]:
     """Return the angles that a measured angle is compared with, by JSON key.
 
-    The angle without rebound [deg]; of a contact that rebounds, both readings of one shock [deg].
+    The angle without rebound [deg], by its model: closed form, or integration of a rigid grain with
+    friction. Of a contact that rebounds, both readings of one shock [deg]; with friction or sizes
+    only a text, as there is no theory of it.
     """
-    if rebound(contact) <= ONE_SHOCK:
-        return {"closed_form_deg": incline.critical_angle()}
-    kept, lost = _readings(rebound(contact))
-    readings = {"closed_form_kept_deg": kept, "closed_form_lost_deg": lost}
-    return {**readings, "theory": _one_shock_text(contact)}
+    if rebound(case.contact) <= ONE_SHOCK:
+        angle, model = rigid_angle(case)
+        return {"integrated_deg" if model == incline.INTEGRATED else "closed_form_deg": angle}
+    text: dict[str, float | str] = {"theory": _one_shock_text(case)}
+    if not case.is_plain:
+        return text
+    kept, lost = _readings(rebound(case.contact))
+    return {"closed_form_kept_deg": kept, "closed_form_lost_deg": lost, **text}
 
 
-def _one_shock_text(contact: Contact) -> str:
+def _one_shock_text(case: OverRow) -> str:
+    if not case.is_plain:
+        return "there is no theory of rebounds with friction, or of grains of another size"
+    contact = case.contact
     kept, lost = _readings(rebound(contact))
     return (
         f"at e = {rebound(contact):.3g} the theory of one shock gives {kept:.4g} deg (energy kept) "
@@ -265,17 +273,17 @@ def check_passage(case: OverRow) -> None:
     if in_steps > (most := most_restitution(case)):
         up_to = f", up to {in_steps:.3g} at {steps:g} steps per contact" if e <= most else ""
         refuse_passage(
-            case.contact,
+            case,
             f"one of restitution {most:.3g} at most at stiffness {case.stiffness:g} (here {e:.3g}"
             f"{up_to})",
         )
 
 
-def refuse_passage(contact: Contact, reason: str) -> NoReturn:
+def refuse_passage(case: OverRow, reason: str) -> NoReturn:
     """Raise RequestError for a contact that a passage cannot measure."""
     raise RequestError(
         "method=passage needs a contact that ends the rebounds within one well, "
-        f"{reason}: use method=steady; {_one_shock_text(contact)}"
+        f"{reason}: use method=steady; {_one_shock_text(case)}"
     )
 
 

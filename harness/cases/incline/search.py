@@ -38,7 +38,7 @@ from harness.cases.incline.runs import Fate, Run, job_of, read, scene_of
 from harness.cases.incline.system import Incline, OverRow, Route
 from harness.engines.base import Job, Output
 from harness.engines.process import cores, parallel_map
-from harness.errors import EngineError, EngineOutputError, Unsupported
+from harness.errors import EngineError, EngineOutputError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import PLASTIC
 from harness.store.cache import EngineChoice, opened
@@ -116,8 +116,18 @@ def critical_angle(
     ``phases`` are the starts within a step of a passage, ``wells`` those to pass in steady motion.
     ``engine`` is an open one, or the name of one that is opened and whose runs are kept, LAMMPS
     unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
-    RequestError for a contact that rebounds too much for a passage.
+    RequestError for a contact that rebounds too much for a passage, and for another method, a
+    tolerance that is not from 1e-9 to 1 deg, or a single start, which shows no uncertainty.
     """
+    conditions = (
+        (method in TOLERANCES_DEG, f"method = {method!r}", "'passage' or 'steady'"),
+        (tolerance_deg is None or 1e-9 <= tolerance_deg <= 1.0,
+         f"tolerance_deg = {tolerance_deg!r}", "from 1e-9 to 1 deg"),
+        (phases >= 2, f"phases = {phases!r}", "at least 2"),
+    )  # fmt: skip
+    for holds, value, allowed in conditions:
+        if not holds:
+            raise RequestError(f"{value}: must be {allowed}")
     done = 0
     with opened(engine, fresh=fresh) as running:
         run = engine_measure(Bench(running), method)
@@ -309,7 +319,7 @@ def by_passage(
             return by_passage(measure, case, tolerance_deg, phases)
         runs = first
     if not all(run.touching for run in shifted):
-        refuse_passage(case.contact, "here the grain was in flight at the crest")
+        refuse_passage(case, "here the grain was in flight at the crest")
     angles = root - np.array([run.margin for run in shifted]) / slope
     value, half_range = float(angles.mean()), float(np.ptp(angles)) / 2.0
     # the last correction is by a slope good to a few per cent: a tenth of it is uncertain

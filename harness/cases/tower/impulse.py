@@ -65,10 +65,14 @@ def impulse_angles(  # noqa: PLR0913 - the options of a user
 
     ``critical_angle_deg`` is that of ``reading``; both readings have columns too. ``window_s`` is
     the end of a window; it, impulse, ratio and angles are NaN where a tower does not show the
-    window, as the structure window of tall ones.
+    window, as the structure window of tall ones. Raise RequestError for another reading or window.
     """
     import pandas as pd
 
+    words = ("reading", reading, READINGS), *(("window", name, WINDOWS) for name in windows)
+    for option, word, allowed in words:
+        if word not in allowed:
+            raise RequestError(f"{option} = {word!r}: must be one of {', '.join(allowed)}")
     runner, rows, heights = Runner(solver or "rk4", engine), [], tuple(heights)
     first_too = dict.fromkeys((1, *heights))  # height 1 first, which others need
     families = [

@@ -86,7 +86,7 @@ class TowerRun(ChainMotion, Plottable):
     def summary(self) -> dict[str, str]:
         """Return the tower, the largest force, the last velocity, and what ran it."""
         return {
-            "tower": f"{self.tower.height} particles, {self.tower.law} law",
+            "tower": f"{self.tower.particles} particles, {self.tower.law} law",
             "largest force": f"{float(self.grain_force.max()):.7g} N",
             "last velocity of the grain": f"{float(self.grain_velocity[-1]):.7g} m/s",
             "run by": self.provenance.label if self.provenance else self.solver,

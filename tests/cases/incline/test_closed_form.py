@@ -107,9 +107,20 @@ def test_the_rebound_is_that_of_the_law_and_decides_what_is_expected():
     assert expected_angle(Incline(contact=HALF)) == by_events(rebound(HALF))
     assert expected_angle(Incline(contact=Contact(restitution=0.8))) is None
     assert expected_angle(Incline(contact=HALF, friction=0.5)) is None
-    assert set(angles_to_compare(SOURCE)) == {"closed_form_deg"}
+
+
+def test_a_measured_angle_is_compared_with_the_theory_of_its_grain():
+    assert angles_to_compare(Incline()) == {"closed_form_deg": theory().critical_angle_deg}
+    for grain, key in (
+        ({"friction": 0.5}, "closed_form_deg"),
+        ({"friction": 0.1, "shape": "disc"}, "integrated_deg"),
+        ({"grain_diameter": 2.0}, "closed_form_deg"),
+    ):
+        expected = theory(**grain).critical_angle_deg
+        assert angles_to_compare(Incline(**grain)) == {key: expected}
     both = {"closed_form_kept_deg", "closed_form_lost_deg", "theory"}
-    assert set(angles_to_compare(HALF)) == both
+    assert set(angles_to_compare(Incline(contact=HALF))) == both
+    assert set(angles_to_compare(Incline(contact=HALF, friction=0.5))) == {"theory"}
 
 
 HOPPING = [

@@ -279,6 +279,19 @@ def test_a_run_that_dies_and_a_short_ladder_are_errors():
         Ladder(steps_per_contact=(50.0,))
 
 
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ({"method": "both"}, "method = 'both': must be 'passage' or 'steady'"),
+        ({"tolerance_deg": 0.0}, "tolerance_deg = 0.0: must be from 1e-9 to 1 deg"),
+        ({"phases": 1}, "phases = 1: must be at least 2"),
+    ],
+)
+def test_options_that_are_refused(option, words):
+    with pytest.raises(RequestError, match=words):
+        critical_angle(Incline(), **option)
+
+
 @pytest.mark.parametrize("measure", [critical_angle, extrapolated_critical_angle])
 def test_a_rebounding_contact_is_refused_before_any_run(measure):
     class Counting(Twin):

@@ -45,6 +45,18 @@ def test_the_table_has_the_columns_and_values_of_version_1(table):
         assert rows["impulse_ratio"].tolist() == pytest.approx(ratios, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ({"reading": "both"}, "reading = 'both': must be one of kept, lost"),
+        ({"windows": ("structure", "all")}, "window = 'all': must be one of turnaround"),
+    ],
+)
+def test_a_reading_or_window_that_there_is_not_is_refused(option, words):
+    with pytest.raises(RequestError, match=words):
+        impulse_angles(heights=(1,), **ONE, **option)
+
+
 def test_rows_without_their_window_are_nan_not_missing(table):
     tall = table[(table["height"] == 10) & (table["window"] == "structure")]
     assert len(tall) == 2
