@@ -70,7 +70,8 @@ class Quantity(Generic[P]):
 
     ``unit`` is "1" for a pure number. ``scale`` is the size that the quantity has in the case
     [unit], by the parameters of a run or one for all: tolerances on round-off are a part of it.
-    ``varies`` are the parameters that a search for it varies, none for what one run measures.
+    ``varies`` are the parameters that a search for it varies, none for what one run measures. The
+    closed form of a ``rigid`` one is that of rigid bodies, which small steps alone do not reach.
     """
 
     name: str
@@ -78,6 +79,7 @@ class Quantity(Generic[P]):
     meaning: str
     scale: float | Callable[[P], float] = 1.0
     varies: tuple[str, ...] = ()
+    rigid: bool = False
 
     def size(self, parameters: P) -> float:
         """Return the scale [unit] for the parameters of a run."""

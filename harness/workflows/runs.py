@@ -261,14 +261,18 @@ def _result(
     With the bench of a single run they have references at equal steps and limits of small steps.
     """
     exact: Mapping[str, float] = {}
+    exact_limits: Mapping[str, float] = {}
     reference: Mapping[str, float] = {}
     limits: Mapping[str, float] = {}
     with suppress(HarnessError):  # a closed form may not exist for these parameters
         exact = case.exact(parameters)
+        rigid = {quantity.name for quantity in case.quantities if quantity.rigid}
+        exact_limits = {name: exact[name] for name in exact.keys() - rigid}
     if bench is not None:
         with suppress(Unsupported, EngineError):
             reference = case.reference(parameters, bench)
-            limits = limits_of(case, parameters, bench, [n for n in values if n not in exact])
+            others = [name for name in values if name not in exact_limits]
+            limits = limits_of(case, parameters, bench, others)
     quantities = {}
     for quantity in case.quantities:
         name = quantity.name
@@ -282,7 +286,7 @@ def _result(
             unit=quantity.unit,
             reference=expected,
             reference_kind=EQUAL_STEPS if name in reference else closed,
-            limit=float({**limits, **exact}.get(name, math.nan)),
+            limit=float({**limits, **exact_limits}.get(name, math.nan)),
             uncertainty=value.uncertainty,
         )
     varied = {parameter for name in names for parameter in case.quantity(name).varies}

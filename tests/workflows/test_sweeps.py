@@ -156,6 +156,7 @@ def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
     assert points.uncertainty == [0.01]
     result = swept({"restitution": "0.2,0.8", "steps": "100,200"})
     (axes,) = result.figure(points).axes
+    assert axes.get_ylabel() == "measured_restitution"
     labels = axes.get_legend_handles_labels()[1]
     assert "measured.csv" in labels
     assert sum("steps" in label for label in labels) == 2

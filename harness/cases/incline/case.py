@@ -56,7 +56,7 @@ class OverRowCase(Case[R]):
     search_options = Search
     quantities = (
         Quantity("margin_over_mgd", "1", "energy left after one well, less that of a grain at rest "
-                 "on the next crest, in m g d", 0.05),
+                 "on the next crest, in m g d", 0.05, rigid=True),
         Quantity("moves_on", "1", "1 where the grain passes the well, 0 where it is trapped"),
         Quantity("touching", "1", "1 where the grain is in contact at the end"),
         Quantity("time_s", "s", "duration of the motion", lambda p: p.unit_of_time),
