@@ -59,6 +59,9 @@ RECORDED_MOTION, MOTION = "recorded motion", "motion"
 NOT_THERE = re.compile(
     "unrecognized .* model|Illegal model type|Unrecognized .* style|Unknown .* style|Cannot open"
 )  # LAMMPS's words for a submodel or style that a release does not have, and for a missing file
+UNDAMPED_OLD_WALL = re.compile(
+    r"^fix\s+\S+\s+\S+\s+wall/gran(/region)?\s+(hooke|hertz)\S*\s+\S+\s+\S+\s+[0.]+\s", re.MULTILINE
+)  # a command with gamma_n = 0, by which releases with the known defect divide
 EQUAL_STEPS = 1e-9  # difference at equal steps, over the scale of a quantity: round-off is below
 MOST_PAIR_STEPS = 3e8  # of one run of the reference: some seconds
 NUDGE = 1e-13  # of place and radius: some hundred units of rounding
@@ -251,6 +254,8 @@ def _with_defect(row: Row, name: str) -> Row:
 def _of_error(error: Exception, row: Row) -> Row:
     row = error_row(row, error)
     text = re.sub(r"(?<=\s)/\S*/", "", row.note)  # without folders of this machine
+    if isinstance(error, EngineNaNError) and UNDAMPED_OLD_WALL.search(error.log):
+        return _with_defect(replace(row, note=text), "old-wall-without-damping")
     if isinstance(error, EngineInputError) and NOT_THERE.search(text):
         return not_tested(row, f"this release does not have it: {text}")
     return replace(row, note=text)

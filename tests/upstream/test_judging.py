@@ -250,6 +250,13 @@ def test_a_dump_with_nan_is_an_error(tmp_path):
         read_state(tmp_path / "state.1")
 
 
+def test_nan_of_an_undamped_old_wall_is_that_known_defect(lmp):
+    wall = "fix w lower wall/gran hertz/history 1e8 NULL 0.0 NULL 0.0 0 zplane -0.0201 NULL"
+    record, motion = outcome(askew(wall, set=["set group all diameter 0.02 density 2500",
+                                              "set type 1 vz -0.5"]), lmp)  # fmt: skip
+    assert {record.defect, motion.defect} == {"old-wall-without-damping"}
+
+
 @pytest.mark.parametrize(
     "neighbours",
     [{"neigh_modify": ["neigh_modify delay 20000 every 1"]},
