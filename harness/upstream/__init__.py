@@ -364,7 +364,7 @@ def scaled_errors(reading: Reading, motion: Motion, states: Sequence[State]) -> 
     The scale is the radius, or the largest speed of centre or rim, or force, of the whole run.
     Raise RequestError where spheres came or went.
     """
-    scene, whole = reading.scene, reading.motion
+    scene, expected = reading.scene, reading.motion
     at = [end // scene.every for end in reading.ends]
     if any(len(state["id"]) != len(scene.bodies) for state in states):
         number = len(states[-1]["id"])
@@ -378,8 +378,9 @@ def scaled_errors(reading: Reading, motion: Motion, states: Sequence[State]) -> 
     moved = x - motion.position[at]
     moved -= np.nan_to_num(period * np.round(moved / period))
     fall = scene.step * np.array(scene.gravity)  # in a step: what lies at rest has noise alone
-    speed = _largest(v, radii * spin, whole.velocity, radii * whole.angular_velocity, fall) or 1.0
-    loads = [(force - weight) * acted, torque / radii * acted, weight, whole.force * acted]
+    rim_speed = radii * expected.angular_velocity
+    speed = _largest(v, radii * spin, expected.velocity, rim_speed, fall) or 1.0
+    loads = [(force - weight) * acted, torque / radii * acted, weight, expected.force * acted]
     load = _largest(*loads) or 1.0
     return {
         "": moved / radii.max(),

@@ -120,8 +120,8 @@ class RunResult(Summarized):
 
     def summary(self) -> dict[str, str]:
         """Return who ran the case with what, and the quantities with their references."""
-        given = ((name, value) for name, value in leaves(self.parameters) if value is not None)
-        values = ", ".join(f"{name} = {value}" for name, value in given)
+        parameters = ((name, value) for name, value in leaves(self.parameters) if value is not None)
+        values = ", ".join(f"{name} = {value}" for name, value in parameters)
         lines = {self.case: f"{self.engine} {self.engine_version}", "parameters": values}
         return lines | {name: str(result) for name, result in self.quantities.items()}
 

@@ -443,7 +443,8 @@ def _taken_folder(folder: Path, request: SweepRequest) -> Iterator[None]:
     Raise RequestError for a folder with another sweep or other files.
     """
     file, text = folder / REQUEST, json.dumps(request.model_dump(), indent=2) + "\n"
-    is_new, made = not file.exists(), [p for p in (folder, *folder.parents) if not p.exists()]
+    is_new = not file.exists()
+    new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
     check_writable(folder)
     if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != text:
         raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
@@ -456,7 +457,7 @@ def _taken_folder(folder: Path, request: SweepRequest) -> Iterator[None]:
         with suppress(OSError):  # a folder that has other files now stays
             if is_new:
                 file.unlink()
-            for path in made:
+            for path in new_folders:
                 path.rmdir()
         raise
 
