@@ -324,7 +324,8 @@ def by_passage(
     value, half_range = float(angles.mean()), float(np.ptp(angles)) / 2.0
     # the last correction is by a slope good to a few per cent: a tenth of it is uncertain
     root_error = 0.1 * abs(value - root)
-    # the angle is a sawtooth of the phase: the mean of P is off by its half range over P
+    # the angle is a sawtooth of the phase: the mean of P is off by about its half range over P
+    # (by P / (P - 1) of that at most)
     return CriticalAngle.of(
         [*runs, *shifted], case, "passage", value=value, uncertainty=half_range + root_error,
         mean_error=half_range / phases + root_error,

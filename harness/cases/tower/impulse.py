@@ -157,6 +157,7 @@ def angle_figure(
         if measured is not None:
             heights, angles = (measured[name] for name in MEASURED)
             axes.plot(heights, angles, "x", color=BLACK, label="measured")
+        axes.locator_params(axis="x", integer=True)
         label(axes, "height (contacts)", "critical angle (deg)", f"{law} law")
     legend_below(figure)
     return figure
