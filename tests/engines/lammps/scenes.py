@@ -184,7 +184,6 @@ PLACES = {
         LAWS["coeff_restitution of hooke"].replace(partner_restitution=0.8), **MOVING,
         partner="sphere"),
     "two materials, elastic": impact(HERTZ.replace(**MIXED), **MOVING, partner="sphere"),
-    "wall of another material": on_wall(Wall(), LOW, MINDLIN.replace(**MIXED)),
     "discs": discs(),
     "through a boundary": SYSTEMS["spheres"](LINEAR).replace(period=(0.1, 0.2, None)),
     "set up again": SYSTEMS["wall"](LINEAR).replace(setups=(20, 33)),
