@@ -35,6 +35,10 @@ class CombinationError(RequestError):
     """Values that are allowed each by itself, but not together."""
 
 
+class BrokenCaseError(HarnessError):
+    """A case of another package that cannot be used, in one line that names package and case."""
+
+
 class Unsupported(HarnessError):
     """A scene that an engine cannot express, with the reason in one line."""
 

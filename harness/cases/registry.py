@@ -14,7 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from harness.cases.base import Case
-from harness.errors import HarnessError, RequestError
+from harness.errors import BrokenCaseError, RequestError
 
 ENTRY_POINT = "dem_harness.cases"
 ALL = "all"
@@ -49,10 +49,6 @@ GROUPS: Mapping[str, Mapping[str, str]] = {
     "bulk": {n: f"harness.cases.bulk.{n}:CASE" for n in ("silo", "drum", "heap", "penetration")},
 }
 """Where the cases of this package are, by group and name."""
-
-
-class BrokenCaseError(HarnessError):
-    """A case of another package that cannot be used, in one line that names package and case."""
 
 
 def homes() -> dict[str, str]:

@@ -185,7 +185,7 @@ def texts_of(settings: Any) -> dict[str, str]:
 def _setting(value: Any) -> str:
     if isinstance(value, Iterable) and not isinstance(value, str):
         return json.dumps([*value], default=float)
-    return NONE if value is None else str(value)
+    return as_text(value)
 
 
 def _texts(tree: Any) -> dict[str, str]:

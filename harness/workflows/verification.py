@@ -31,7 +31,6 @@ from harness.cases.checks import error_row, run_checks, selected
 from harness.cases.registry import (
     ALL,
     QUALIFYING,
-    BrokenCaseError,
     case_names,
     get_case,
     selected_names,
@@ -39,7 +38,14 @@ from harness.cases.registry import (
 from harness.engines.base import Engine, job_seconds
 from harness.engines.process import one_thread, parallel_each
 from harness.engines.registry import DEFAULT, engine_names
-from harness.errors import EngineError, EngineMissingError, HarnessError, RequestError, Unsupported
+from harness.errors import (
+    BrokenCaseError,
+    EngineError,
+    EngineMissingError,
+    HarnessError,
+    RequestError,
+    Unsupported,
+)
 from harness.files import check_folder
 from harness.report.content import Section
 from harness.results.defects import KnownDefect

@@ -13,7 +13,7 @@ from harness.cases.bench import Bench
 from harness.cases.registry import usable_cases
 from harness.engines.base import scene_job
 from harness.engines.registry import open_engine
-from harness.errors import RequestError
+from harness.errors import BrokenCaseError, RequestError
 from harness.results.compare import differ
 from harness.results.rows import KEY
 from harness.store.committed import accepted_rows
@@ -87,7 +87,7 @@ def test_a_fault_of_a_plug_in_is_one_line_with_package_and_case(installed, name,
     assert "\n" not in fault
     assert name == "bounce" or name not in registry.usable_cases()
     if name != "bounce":
-        with pytest.raises(registry.BrokenCaseError, match="package 'lib'"):
+        with pytest.raises(BrokenCaseError, match="package 'lib'"):
             registry.get_case(name)
 
 

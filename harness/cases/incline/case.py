@@ -40,10 +40,10 @@ class Search(Parameters):
     method: Route = Field(
         "passage", description="[-] root of the energy over one well, or smallest moving angle")
     tolerance: float | None = Field(
-        None, ge=1e-9, le=1.0,
+        None, ge=searches.FINEST_DEG, le=searches.COARSEST_DEG,
         description="[deg] resolution of the search; none: 0.001 by passage, 0.005 by steady")
     starts: int = Field(
-        searches.PHASES, ge=2, le=1000,
+        searches.PHASES, ge=searches.FEWEST_PHASES, le=1000,
         description="[-] starts within a step, a passage is their mean, its uncertainty their range"
     )
     # fmt: on

@@ -41,13 +41,16 @@ from harness.engines.process import cores, parallel_map
 from harness.errors import EngineError, EngineOutputError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import PLASTIC
+from harness.report.content import power
 from harness.store.cache import EngineChoice, opened
 from harness.theory.incline import kept_speed
 
 Measure = Callable[[Sequence[Any]], Sequence[Run]]  # runs cases of one route, in order
 
 TOLERANCES_DEG: dict[Route, float] = {"passage": 1e-3, "steady": 5e-3}
+FINEST_DEG, COARSEST_DEG = 1e-9, 1.0  # resolution of a search
 PHASES = 8  # starts within a step, over which a passage is averaged
+FEWEST_PHASES = 2  # one start shows no range
 FIRST_ANGLES = (1.0 / 3.0, 0.35)  # of the half angle of the well: 10 and 10.5 deg
 MOST_SECANTS = 12  # a smooth margin takes three
 WINDOW = (0.98 / 3.0, 1.08 / 3.0)  # of the half angle of the well: 9.8 to 10.8 deg
@@ -121,9 +124,10 @@ def critical_angle(
     """
     conditions = (
         (method in TOLERANCES_DEG, f"method = {method!r}", "'passage' or 'steady'"),
-        (tolerance_deg is None or 1e-9 <= tolerance_deg <= 1.0,
-         f"tolerance_deg = {tolerance_deg!r}", "from 1e-9 to 1 deg"),
-        (phases >= 2, f"phases = {phases!r}", "at least 2"),
+        (tolerance_deg is None or FINEST_DEG <= tolerance_deg <= COARSEST_DEG,
+         f"tolerance_deg = {tolerance_deg!r}",
+         f"from {power(FINEST_DEG)} to {COARSEST_DEG:g} deg"),
+        (phases >= FEWEST_PHASES, f"phases = {phases!r}", f"at least {FEWEST_PHASES}"),
     )  # fmt: skip
     for holds, value, allowed in conditions:
         if not holds:

@@ -69,10 +69,9 @@ def impulse_angles(  # noqa: PLR0913 - the options of a user
     """
     import pandas as pd
 
-    words = ("reading", reading, READINGS), *(("window", name, WINDOWS) for name in windows)
-    for option, word, allowed in words:
-        if word not in allowed:
-            raise RequestError(f"{option} = {word!r}: must be one of {', '.join(allowed)}")
+    _check_word("reading", reading, READINGS)
+    for window in windows:  # at first: a run without its window is NaN
+        _check_word("window", window, WINDOWS)
     runner, rows, heights = Runner(solver or "rk4", engine), [], tuple(heights)
     first_too = dict.fromkeys((1, *heights))  # height 1 first, which others need
     families = [
@@ -103,6 +102,11 @@ def impulse_angles(  # noqa: PLR0913 - the options of a user
                 "gamma": family.gamma,
             })  # fmt: skip
     return pd.DataFrame(rows)
+
+
+def _check_word(name: str, word: str, allowed: Sequence[str]) -> None:
+    if word not in allowed:
+        raise RequestError(f"{name} = {word!r}: must be one of {', '.join(allowed)}")
 
 
 def angle_from_impulse_ratio(ratio: float, reading: Reading = "lost") -> float:
@@ -205,8 +209,7 @@ class Runner:
 
 def window_end(run: TowerRun, window: Window) -> float:
     """Return when ``window`` ends [s]. Raise RequestError if the run is too short."""
-    if window not in WINDOWS:
-        raise RequestError(f"window = {window!r}: must be one of {', '.join(WINDOWS)}")
+    _check_word("window", window, WINDOWS)
     if window == "structure":
         return structure_end(run)
     if window == "first-contact":
