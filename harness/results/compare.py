@@ -64,7 +64,7 @@ def compare(
     Columns: the key, ``change``, ``moved_by`` [unit of the row], ``in_tolerances``,
     ``in_uncertainties``, and each other column of both tables with the endings ``_before`` and
     ``_after``. A row that one table lacks is not comparable where the request behind that table
-    does not cover it.
+    does not cover it, or where its setup was not tested: one row then stands for all of the setup.
     """
     keys = list(KEY)
     both = before[list(COLUMNS)].merge(
@@ -140,7 +140,10 @@ def counts(rows: pd.DataFrame) -> pd.DataFrame:
 
 def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.object_]:
     gone, appeared = both["_side"] == "left_only", both["_side"] == "right_only"
-    missed = gone & after(_side(both, "before"))
+    tested = (both["verdict_after"] != Verdict.NOT_TESTED).where(~gone)
+    setups = [both[name] for name in KEY if name != "quantity"]
+    refused = ~tested.groupby(setups).transform("max").fillna(True).astype(bool)
+    missed = gone & ~refused & after(_side(both, "before"))
     awaited = appeared & before(_side(both, "after"))
     valued = both["verdict_before"] != Verdict.NOT_TESTED
     failed = both["verdict_after"] == Verdict.FAIL

@@ -132,6 +132,15 @@ def test_a_row_that_is_missing_is_worse_unless_its_other_engine_was_left_out(che
     assert list(changes["change"]) == [change or Change.NOT_COMPARABLE]
 
 
+def test_a_setup_that_is_refused_is_one_row_for_all_of_its_quantities():
+    accepted = rows()
+    refused = table([not_tested(row(), "no such contact")])
+    changes = compare(accepted, refused)
+    assert regressions(changes).empty
+    assert set(changes["change"]) == {Change.WORSE, Change.NOT_COMPARABLE}
+    assert list(changes[changes["change"] == Change.WORSE]["quantity"]) == ["angle"]
+
+
 def test_the_gravest_change_stands_first_and_the_largest_of_a_class():
     after = rows(("shock", row("shock", 10.2)), ("time", recorded("time", 3.1, WIDE)),
                  ("angle", None), ("sink", row("sink")),
