@@ -197,6 +197,7 @@ def rolling_friction(half_angle_deg: float, inertia: float) -> float:
 ANGLE_TOLERANCE = 1e-12  # [rad]
 MOST_ROUNDS = 60  # of three wells each, until motion is steady
 LARGEST_FRICTION = 100.0  # nothing slides beyond, but for the last 1e-3 deg before flight
+LEAST_FRICTION = 1e-15  # moves the angle by 1e-13 deg; slip of less is lost in round-off
 TINY_SPEED = 1e-8  # [sqrt(g a)] of turning points, where the quadrature of w divides by v
 
 # double exponential quadrature on -1 to 1, for integrands that are steep or singular at the ends
@@ -217,8 +218,9 @@ class Grain(NamedTuple):
 
     @classmethod
     def of(cls, friction: float, shape: Shape) -> Grain:
-        """Return a grain of a shape, with a friction up to the largest that makes a difference."""
-        return cls(min(friction, LARGEST_FRICTION), INERTIA[shape])
+        """Return a grain of a shape, with a friction in the range that makes a difference."""
+        friction = min(friction, LARGEST_FRICTION) if friction >= LEAST_FRICTION else 0.0
+        return cls(friction, INERTIA[shape])
 
 
 class State(NamedTuple):

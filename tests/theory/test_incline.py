@@ -290,6 +290,9 @@ def test_without_friction_or_inertia_the_frictionless_angle(half, inertia):
     frictionless = incline.critical_angle_without_loss(half, 0.0)
     slight = integrated_critical_angle(half, Grain(1e-8, inertia))
     assert slight == pytest.approx(frictionless, rel=1e-4)
+    for friction in (3e-16, 1e-20, 1e-300):  # below round-off it would slide and roll for ever
+        least = incline.rigid_angle(min(half, 30.0), Grain.of(friction, "disc"))
+        assert least == incline.rigid_angle(min(half, 30.0), Grain.of(0.0, "disc"))
     assert incline.critical_angle_without_loss(half, 1e-12) == pytest.approx(frictionless, rel=1e-9)
 
 
