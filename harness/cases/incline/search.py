@@ -119,8 +119,9 @@ def critical_angle(
     ``phases`` are the starts within a step of a passage, ``wells`` those to pass in steady motion.
     ``engine`` is an open one, or the name of one that is opened and whose runs are kept, LAMMPS
     unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
-    RequestError for a contact that rebounds too much for a passage, and for another method, a
-    tolerance that is not from 1e-9 to 1 deg, or a single start, which shows no uncertainty.
+    RequestError for a case that the engine cannot run, a contact that rebounds too much for a
+    passage, another method, a tolerance that is not from 1e-9 to 1 deg, or a single start, which
+    shows no uncertainty.
     """
     conditions = (
         (method in TOLERANCES_DEG, f"method = {method!r}", "'passage' or 'steady'"),
@@ -132,8 +133,9 @@ def critical_angle(
     for holds, value, allowed in conditions:
         if not holds:
             raise RequestError(f"{value}: must be {allowed}")
-    done = 0
+    case, done = prepared(case or Incline(), method, wells), 0
     with opened(engine, fresh=fresh) as running:
+        running.check([job_of(case, method)])
         run = engine_measure(Bench(running), method)
 
         def measure(cases: Sequence[Incline]) -> Sequence[Run]:
@@ -143,8 +145,7 @@ def critical_angle(
             progress(f"runs, {method}", done, max(RUNS[method], done))
             return runs
 
-        return search(measure, prepared(case or Incline(), method, wells), method, tolerance_deg,
-                      phases)  # fmt: skip
+        return search(measure, case, method, tolerance_deg, phases)
 
 
 def extrapolated_critical_angle(
@@ -158,12 +159,14 @@ def extrapolated_critical_angle(
     """Return the critical angle [deg] with the step to zero, then the stiffness to infinity.
 
     By passage, with the plastic contact unless a case is given. Raise the first EngineError;
-    raise RequestError for a contact that rebounds too much, before any run.
+    raise RequestError for a case that the engine cannot run, and for a contact that rebounds too
+    much, before any run.
     """
     case, ladder = case or Incline(contact=PLASTIC), ladder or Ladder()
     for refined in ladder.cases(case):
         check_passage(refined)
     with opened(engine, fresh=fresh) as running:
+        running.check([job_of(case, "passage")])
         return extrapolated_on(Bench(running), ladder, case, progress)
 
 

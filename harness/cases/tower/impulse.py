@@ -78,6 +78,8 @@ def impulse_angles(  # noqa: PLR0913 - the options of a user
         (case or Tower()).replace(law=law, stiffness=k, speed=speed, height=1)
         for law, k, speed in itertools.product(laws, stiffnesses, speeds)
     ]
+    if engine is not None:  # before it runs those that it takes
+        engine.check(make_setup(family).job for family in families)
     for number, family in enumerate(families):
         impulses = {}
         for run in runner.runs([family.replace(height=height) for height in first_too]):

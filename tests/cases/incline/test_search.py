@@ -27,7 +27,7 @@ from harness.engines.base import Output
 from harness.engines.output import Provenance
 from harness.engines.reference import Reference
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, EngineOutputError, RequestError
+from harness.errors import EngineCrashError, EngineOutputError, RequestError, Unsupported
 from harness.model.law import PLASTIC, SOURCE, Contact
 from harness.solvers.hard_sphere import critical_angle as by_events
 from harness.theory.incline import critical_angle as closed_form
@@ -293,14 +293,21 @@ def test_options_that_are_refused(option, words):
 
 
 @pytest.mark.parametrize("measure", [critical_angle, extrapolated_critical_angle])
-def test_a_rebounding_contact_is_refused_before_any_run(measure):
+def test_a_rebounding_contact_and_one_that_the_engine_lacks_are_refused_before_any_run(measure):
     class Counting(Twin):
         def run(self, jobs):  # noqa: ARG002
             raise AssertionError("it was run")
 
-    case = Incline(contact=Contact(restitution=0.5))
-    with pytest.raises(RequestError, match=r"use method=steady; at e = 0.5 .* 6.25\d deg .* 15"):
+        def rules(self, scene):
+            if not scene.law.clipped:
+                raise Unsupported("never attracts")
+            return super().rules(scene)
+
+    case = Incline(contact=Contact(restitution=0.5, tail="clipped"))
+    with pytest.raises(RequestError, match=r"use method=steady; at e = 0.\d* .* deg .* deg"):
         measure(case, engine=Counting())
+    with pytest.raises(RequestError, match=r"engine '\w+' cannot run 'incline': never attracts"):
+        measure(Incline(contact=SOURCE), engine=Counting())
 
 
 def test_the_search_of_the_case():

@@ -57,6 +57,17 @@ def test_a_reading_or_window_that_there_is_not_is_refused(option, words):
         impulse_angles(heights=(1,), **ONE, **option)
 
 
+def test_an_engine_without_one_of_the_laws_runs_nothing():
+    class Overlapping(Standin):
+        def refuses(self, job):
+            return "" if job.values["law"] == "overlap" else "it has no such law"
+
+    engine = Overlapping()
+    with pytest.raises(RequestError, match="'standin' cannot run 'tower': it has no such law"):
+        impulse_angles(heights=(1,), engine=engine, **ONE)
+    assert engine.jobs == []
+
+
 def test_rows_without_their_window_are_nan_not_missing(table):
     tall = table[(table["height"] == 10) & (table["window"] == "structure")]
     assert len(tall) == 2
