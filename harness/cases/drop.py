@@ -85,7 +85,8 @@ class Drop(EqualSpheres):
     @property
     def steps(self) -> int:
         """Return the number of steps, a multiple of ``every`` that covers the duration."""
-        return self.every * math.ceil(self.duration * self.steps_per_contact / self.every - 1e-9)
+        samples = self.duration * self.steps_per_contact / self.every
+        return self.every * max(1, math.ceil(samples - 1e-9))
 
     @property
     def seconds(self) -> float:

@@ -172,6 +172,7 @@ def _error_line(kind: type[Parameters], error: ValidationError) -> str:
     if first["type"] == "missing":
         return f"{name}: must be given"
     message = re.sub("(Input|String) should", "must", message)
+    message = re.sub(r"\d+\.?\d{16,}", lambda number: repr(float(number[0])), message)  # 1e-30
     text = f"{name} = {first['input']!r} {unit(kind, name)}".rstrip()
     return f"{text}: {message[0].lower()}{message[1:]}"
 

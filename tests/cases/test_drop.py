@@ -165,6 +165,10 @@ def test_values_of_the_presets(measured, name):
         assert exact is None or abs(value - exact) < 2e-3 * size
 
 
+def test_a_short_run_takes_a_sample():
+    assert Drop(duration=1e-30, every=7).steps == 7
+
+
 def test_no_scale_exceeds_three_times_the_largest_value(measured):
     for quantity in CASE.quantities:
         found = {n: abs(f[quantity.name]) for n, f in measured.items() if quantity.name in f}

@@ -28,6 +28,7 @@ def test_defaults_of_the_submodels_that_are_there():
         ({"normal_stiffness": math.nan}, "normal_stiffness = nan N/m: must be"),
         ({"friction": math.inf, "tangential": "linear_history"}, "friction = inf: must be"),
         ({"stiffness": 1.0}, "stiffness: no such parameter of Law"),
+        ({"normal_stiffness": 1e31}, "must be less than or equal to 1e+30"),
         ({"stiffness": None}, "stiffness: no such parameter of Law"),
         ({"friction": 0.3}, "friction = 0.3: belongs to tangential = 'linear_nohistory', not to"),
         ({"normal": "hertz", "normal_stiffness": 1.0}, "normal_stiffness = 1.0: belongs to normal"),

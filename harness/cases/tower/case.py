@@ -173,6 +173,7 @@ class TowerCase(Case[TowerParameters]):
 
 
 def _setup(parameters: TowerParameters) -> Setup:
+    _asked_setup(parameters)  # raises for too many steps, before the exact run
     return make_setup(parameters, _duration(parameters), parameters.steps_per_contact)
 
 

@@ -64,6 +64,9 @@ class Tower(Parameters):
                 )
             if not 1e-30 <= min(values) <= max(values) <= 1e30:
                 raise ValueError(f"{name} = {getattr(self, name)}: must be from 1e-30 to 1e30")
+        for motion, value in (("speed", self.speed), ("gravity", self.gravity)):
+            if value > 1e30:  # their squares stay in double precision
+                raise ValueError(f"{motion} = {value!r}: must be from 0 to 1e30")
         if self.start == "gapped" and self.gap == 0:
             raise ValueError("gap = 0.0 m: must be greater than 0 for a gapped start")
         if self.start != "gapped" and self.gap > 0:

@@ -118,6 +118,9 @@ REFUSED = [
     (Tower, {"start": "preloaded", "base": "free"}, "rests on air"),
     (Tower, {"start": "preloaded", "stiffness": 10.0}, "at most 25 %"),
     (Tower, {"speed": -1.0}, "speed"),
+    (Tower, {"speed": 1e200}, r"speed = 1e\+200: must be from 0 to 1e30"),
+    (Tower, {"gravity": 1e200}, r"gravity = 1e\+200: must be from 0 to 1e30"),
+    (CASE.job, {"parameters": TowerParameters(duration=1e200)}, "duration = .* 2e9 steps"),
 ]
 
 
