@@ -183,21 +183,40 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
     """Yield a new folder; at the end of the block it becomes ``target``.
 
     ``target`` must be missing or empty, unless it is to be replaced. On any exception nothing
-    remains, and a folder to be replaced is as before.
+    remains, and a folder to be replaced is as before. Raise FullDiskError where there is no space.
     """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with held_folder(target.parent) as aside:
-        new, old = aside / "new", aside / "old"
-        new.mkdir()
-        yield new
-        if replace and target.is_dir():
-            target.rename(old)
-        try:
-            new.rename(target)  # also onto an empty folder
-        except BaseException:
-            if old.is_dir():
-                old.rename(target)
+    place = target.resolve()  # a link stays one, and "." can be renamed
+    try:
+        with made_folder(place.parent), held_folder(place.parent) as aside:
+            new, old = aside / "new", aside / "old"
+            new.mkdir()
+            yield new
+            if replace and place.is_dir():
+                place.rename(old)
+            try:
+                new.rename(place)  # also onto an empty folder
+            except BaseException:
+                if old.is_dir():
+                    old.rename(place)
+                raise
+    except OSError as error:
+        if error.errno not in FULL:
             raise
+        raise FullDiskError(f"{target}: {error.strerror}") from None
+
+
+@contextlib.contextmanager
+def made_folder(folder: Path) -> Iterator[None]:
+    """Make a folder and those above it; on any exception remove the new ones that are empty."""
+    new = [path for path in (folder, *folder.parents) if not path.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        with contextlib.suppress(OSError):
+            for path in new:
+                path.rmdir()
+        raise
 
 
 def write_files(files: Mapping[tuple[str, Path], Writer]) -> None:
@@ -210,7 +229,7 @@ def write_files(files: Mapping[tuple[str, Path], Writer]) -> None:
         try:
             parts = {}
             for target, write in files.items():
-                target[1].parent.mkdir(parents=True, exist_ok=True)
+                stack.enter_context(made_folder(target[1].parent))
                 folder = stack.enter_context(held_folder(target[1].parent))
                 parts[target] = folder / f"file{target[1].suffix}"
                 write(parts[target])
@@ -274,8 +293,13 @@ def safe_path(name: str) -> str:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise RequestError for a folder that cannot take a report: not empty, or not writable."""
+    """Raise RequestError for a folder that cannot take a report: not empty, or not writable.
+
+    A mount point cannot be replaced by a folder that was filled next to it.
+    """
     check_writable(folder)
+    if folder.resolve().is_mount():
+        raise RequestError(f"--output {folder}: is a mount point; name a folder in it")
     if folder.is_dir() and any(folder.iterdir()):
         raise RequestError(f"--output {folder}: holds something already; name a new folder")
 

@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 
 from harness import files
-from harness.errors import FullDiskError
+from harness.errors import FullDiskError, RequestError
 from harness.files import (
     OTHERS,
     PREFIX,
     VARIABLE,
     cache_place,
+    check_folder,
     lock_file,
     make_private,
     sweep,
@@ -92,6 +93,27 @@ def test_a_folder_is_there_as_a_whole_at_the_end_of_the_block(tmp_path):
         Path("run"), Path("run/second")]  # fmt: skip
 
 
+def test_a_folder_takes_the_place_of_a_link_s_target(tmp_path):
+    (tmp_path / "link").symlink_to("run")
+    with whole_folder(tmp_path / "link") as new:
+        (new / "first").touch()
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "run" / "first").exists()
+
+
+def test_a_full_disk_is_an_error_by_name_and_new_folders_go(tmp_path):
+    folder = tmp_path / "runs" / "mine"
+    with pytest.raises(FullDiskError, match=f"{folder}: No space"), whole_folder(folder):
+        raise OSError(28, "No space left on device")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_mount_point_takes_no_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "is_mount", lambda _: True)
+    with pytest.raises(RequestError, match=f"--output {tmp_path}: is a mount point"):
+        check_folder(tmp_path)
+
+
 def test_files_are_all_written_or_none(tmp_path):
     (tmp_path / "a").write_text("old")
 
@@ -100,7 +122,7 @@ def test_files_are_all_written_or_none(tmp_path):
 
     good = {("--csv", tmp_path / "a"): text_writer("new")}
     with pytest.raises(FullDiskError, match=r"--png .*No space"):
-        write_files(good | {("--png", tmp_path / "b"): fail})
+        write_files(good | {("--png", tmp_path / "new" / "b"): fail})
     assert (tmp_path / "a").read_text() == "old"
     write_files(good)
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("a", "new")]

@@ -16,7 +16,7 @@ try:
     from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
     from harness import __version__
-    from harness.errors import HarnessError, RequestError
+    from harness.errors import FULL, HarnessError, RequestError
 except KeyboardInterrupt:  # Ctrl-C before main() can handle it
     print("dem-harness: interrupted", file=sys.stderr)
     raise SystemExit(130) from None
@@ -153,6 +153,10 @@ def _status(words: list[str]) -> int:
     except Exception as error:
         if os.environ.get(TRACEBACK):
             raise
+        if isinstance(error, OSError) and error.errno in FULL:
+            return _print_error(
+                f"{error.filename or 'stdout, or a file'}: {error.strerror}", INTERNAL
+            )
         name = f"{type(error).__name__}: {error}".strip(": ")
         text = f"internal error: {name}\nif this is a bug, {TRACEBACK}=1 shows where it is"
         return _print_error(text, INTERNAL)

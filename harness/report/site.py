@@ -48,9 +48,14 @@ def site(output: Path, runs: Sequence[Path] = (), *, project: Path | None = None
     if output.is_dir() and any(output.iterdir()) and not (output / LIST).is_file():
         raise RequestError(f"--output {output}: has other files; name a new folder or a site")
     check_writable(output)
+    if output.resolve().is_mount():
+        raise RequestError(f"--output {output}: is a mount point; name a folder in it")
     folders = {safe_path(Path(folder).resolve().name): Path(folder) for folder in runs}
     if len(folders) != len(runs):
         raise RequestError("RUN: two folders of one name; rename one")
+    for folder in folders.values():
+        if output.resolve().is_relative_to(folder.resolve()):
+            raise RequestError(f"--output {output}: lies in the run {folder}; name another folder")
     named_runs = {name: read_run(folder) for name, folder in folders.items()}
     if not (root / "reports").is_dir() and not folders:
         raise RequestError("RUN: there are no committed reports; name folders of `verify --output`")
@@ -100,7 +105,7 @@ def _write(pages: _Pages, runs: Mapping[str, Path], output: Path) -> Site:
     built = Site(output, sizes, sorted(pages.files), pages.unlinked)
     with whole_folder(output, replace=True) as folder:
         for name, source in runs.items():
-            shutil.copytree(source, folder / "runs" / name)
+            shutil.copytree(source, folder / "runs" / name, ignore_dangling_symlinks=True)
         for address in (*pages.files, *pages.contents):
             (folder / address).parent.mkdir(parents=True, exist_ok=True)
         for address, source in pages.files.items():
@@ -167,7 +172,8 @@ class _Pages:
             return link
         target = self._target(posixpath.join(posixpath.dirname(page), unquote(path)))
         if not target:
-            self.unlinked.append((page, link))
+            folder = self.root / posixpath.dirname(page) / unquote(path)
+            self.unlinked += [] if folder.is_dir() else [(page, link)]
             return ""
         relative = posixpath.relpath(target, posixpath.dirname(page) or ".")
         return quote(relative) + mark + place

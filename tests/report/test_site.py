@@ -20,7 +20,7 @@ ACCEPTED = {
 }
 FILES = {
     "README.md": "# The harness\n\nSee [reports](reports), [the case](docs/case.md#part-2), "
-    "[a host](https://example.org) and [gone](none.md).\n"
+    "[a host](https://example.org), [gone](none.md) and [a folder](inputs).\n"
     "![a badge](https://example.org/badge.svg) ![a plot](docs/plot.svg)\n",
     "docs/case.md": "# A case\n\n## Part 2\n\n| case | verdict |\n|---|---|\n"
     "| <b>drop</b> | known defect |\n\n"
@@ -101,6 +101,8 @@ def test_other_files_a_folder_that_is_no_run_and_nothing_to_show_are_refused(pro
         site(tmp_path / "mine", project=project)
     with pytest.raises(RequestError, match=r"run\.json"):
         site(tmp_path / "site", [project], project=project)
+    with pytest.raises(RequestError, match="lies in the run"):
+        site(project / "reports" / "site", [project], project=project)
     with pytest.raises(RequestError, match="no committed reports"):
         site(tmp_path / "site", project=tmp_path)
     assert not (tmp_path / "site").exists()
