@@ -35,8 +35,9 @@ def accepted_rows(engines: Mapping[str, str], folder: Path | None = None) -> pd.
     """
     folder, tables = folder or committed(ACCEPTED), []
     for engine, version in engines.items():
-        files = sorted((folder / engine).glob(f"*/{ROWS}"), key=_release)
-        same = folder / engine / folder_name(version) / ROWS
+        place = folder / folder_name(engine)
+        files = sorted(place.glob(f"*/{ROWS}"), key=_release)
+        same = place / folder_name(version) / ROWS
         if files:
             tables.append(read_rows(same if same in files else files[-1]))
     tables = [rows for rows in tables if not rows.empty]
@@ -58,7 +59,7 @@ def accept(run: Run, folder: Path | None = None) -> list[Path]:
         raise RequestError(f"nothing is accepted: an engine failed in {run.died} rows")
     texts = {}
     for (engine, version), rows in run.rows.groupby(["engine", "version"], sort=True):
-        file = folder / str(engine) / folder_name(str(version)) / ROWS
+        file = folder / folder_name(str(engine)) / folder_name(str(version)) / ROWS
         before = read_rows(file) if file.is_file() else table(())
         text = rows_text(_merged(before, rows, run))
         if text != rows_text(before):
@@ -67,9 +68,9 @@ def accept(run: Run, folder: Path | None = None) -> list[Path]:
     return list(texts)
 
 
-def folder_name(version: str) -> str:
-    """Return the name of a version's folder: its plain characters, with hyphens between words."""
-    return re.sub(r"[^\w.+]+", "-", version).strip("-.") or "unknown"
+def folder_name(name: str) -> str:
+    """Return the folder of an engine or a version: its plain characters, hyphens between words."""
+    return re.sub(r"[^\w.+]+", "-", name).strip("-.") or "unknown"
 
 
 def _release(file: Path) -> tuple[int, ...]:

@@ -279,9 +279,10 @@ def read_run(folder: Path) -> Run:
     file = folder / META
     if not file.is_file():
         raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}")
+    text = _text_of(file)
     try:
-        record = json.loads(_text_of(file))
-    except json.JSONDecodeError as error:
+        record = json.loads(text)
+    except (ValueError, RecursionError) as error:  # also of digits or nesting
         raise RequestError(f"{file}: is cut or damaged ({error})") from None
     if not isinstance(record, dict) or "format" not in record:
         raise RequestError(f"{file}: is not the file of a run")

@@ -31,7 +31,13 @@ from harness.results.compare import (
 from harness.results.defects import KnownDefect
 from harness.results.rows import KEY, Level, Verdict
 from harness.store.cache import CachedEngine, default_entries
-from harness.store.committed import ACCEPTED, accepted_rows, defect_script, known_defects
+from harness.store.committed import (
+    ACCEPTED,
+    accepted_rows,
+    defect_script,
+    folder_name,
+    known_defects,
+)
 from harness.store.committed import accept as accept_rows
 from harness.store.runs import Meta, Run, exact_texts, json_records, read_run
 from harness.workflows import Progress, silent
@@ -99,7 +105,7 @@ def diff(*runs: str | Path | Run, accepted: Path | None = None) -> Comparison:
     if with_accepted:
         names.insert(0, ACCEPTED_RUN)
         folder, engines = accepted or committed(ACCEPTED), read[0].meta.engines
-        if not any((folder / engine).is_dir() for engine in engines):
+        if not any((folder / folder_name(engine)).is_dir() for engine in engines):
             raise RequestError(f"diff: {folder} has no accepted run of {', '.join(engines)}")
         steps = [read[0].changes_from_accepted(accepted_rows(engines, folder))]
         status = int(not regressions(steps[0]).empty or not all(engines.values()))

@@ -56,6 +56,12 @@ def test_an_engine_that_tested_nothing_has_no_accepted_run(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["code"]
 
 
+def test_an_engine_s_name_leads_out_of_no_folder(tmp_path):
+    named = run_of(row(engine="../../up"))
+    assert accept(named, tmp_path) == [tmp_path / "up" / "1" / "rows.csv"]
+    assert len(accepted_rows({"../../up": "1"}, tmp_path)) == 1
+
+
 def test_rows_of_the_same_release_are_taken_and_else_of_the_newest(tmp_path):
     versions = {"2 Aug 2023 - Update 3": 1.0, "22 Jul 2025 - Update 4": 2.0, "23 Jun 2022": 3.0}
     for version, value in versions.items():

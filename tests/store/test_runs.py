@@ -112,6 +112,7 @@ DAMAGE = {
         "run.json", lambda t: t.replace(' "level": "quick",\n', ""), "level: must be given"),
     "other type": ("run.json", lambda t: t.replace("1.25", '"long"'), "seconds = 'long'"),
     "not a run": ("run.json", lambda _: "[1]", "is not the file of a run"),
+    "nested": ("run.json", lambda _: "[" * 100_000, "is cut or damaged"),
     "not text": ("run.json", lambda _: "\udcff", "is not UTF-8"),
 }  # fmt: skip
 
