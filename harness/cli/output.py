@@ -127,15 +127,18 @@ def _plain(value: Any) -> Any:
 
 
 def check_target(
-    path: Path | None, option: str, suffixes: tuple[str, ...] = (), *, other: Path | None = None
+    path: Path | None, option: str, suffixes: tuple[str, ...] = (), *others: Path | None
 ) -> None:
-    """Raise RequestError, before any work is done, for a file that cannot be written, or twice."""
+    """Raise RequestError, before any work is done, for a file that cannot be written.
+
+    Likewise for one that another option reads or writes: ``others`` are theirs.
+    """
     if path is None:
         return
     problem = ""
     try:
-        if other is not None and path.resolve() == other.resolve():
-            problem = "is written by another option already"
+        if path.resolve() in [other.resolve() for other in others if other is not None]:
+            problem = "is the file of another option already"
         elif suffixes and path.suffix.lower() not in suffixes:
             problem = f"must end in {', '.join(suffixes)}"
         elif path.exists() and not path.is_file():

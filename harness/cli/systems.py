@@ -231,9 +231,9 @@ class ImpulseOptions(ChainOptions):
     """Normal stiffnesses [N/m], commas or repeated. [default: 1e5,1e6,1e7]"""
     speed: options.Numbers = None
     """Speeds of the grain [m/s], commas or repeated. [default: 2,4]"""
-    law: Law | Literal["both"] = "both"
+    law: Literal["overlap", "deformable", "both"] = "both"
     """Contact law: what DEM codes do, the source's, or both."""
-    window: Window | Literal["all"] = "turnaround"
+    window: Literal["turnaround", "structure", "first-contact", "all"] = "turnaround"
     """Impulse until twice the time of closest approach, the swing to one contact, or detachment."""
     reading: Literal["lost", "kept"] = "lost"
     """Critical angle from alpha: `lost` rescales the velocity lost in the shock, sqrt(shock) = 1
@@ -264,8 +264,9 @@ def impulse(
 
     if choice.reference is not None and choice.figure is None:
         raise RequestError(f"--reference {choice.reference}: goes with --figure FILE only")
-    check_target(choice.csv, "--csv")
-    check_target(choice.figure, "--figure", (".svg", ".png", ".pdf"), other=choice.csv)
+    check_target(choice.csv, "--csv", (), choice.reference)
+    figures = (".svg", ".png", ".pdf")
+    check_target(choice.figure, "--figure", figures, choice.csv, choice.reference)
     ranges: dict[str, Any] = {
         "heights": choice.heights or HEIGHTS,
         "stiffnesses": choice.stiffness or STIFFNESSES,

@@ -286,7 +286,7 @@ def _range(name: str, item: str) -> list[str]:
         first, end = map(float, ends)
     except ValueError:
         first = end = math.nan
-    if count is None or not (math.isfinite(first) and math.isfinite(end)):
+    if count is None or not math.isfinite(end - first):
         raise RequestError(f"{option}: must be {GRAMMAR}")
     if not 2 <= int(count[2]) <= MOST_VALUES:
         raise RequestError(f"{option}: a range has from 2 to {MOST_VALUES} values")

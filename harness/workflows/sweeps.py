@@ -34,7 +34,7 @@ from harness.errors import (
     HarnessError,
     RequestError,
 )
-from harness.files import Writer, check_writable, text_writer, write_files
+from harness.files import Writer, check_writable, made_folder, text_writer, write_files
 from harness.model.base import unit
 from harness.model.scene import Floats
 from harness.report.content import Plottable
@@ -133,12 +133,22 @@ class Sweep(Plottable):
         return {name: f"measured_{name}" if name in taken else name for name in names}
 
     def seconds(self) -> float:
-        """Return the expected time of all runs on one core [s], cached ones among them."""
+        """Return the expected time of all runs on one core [s], cached ones among them.
+
+        A run that the case refuses takes none; raise RequestError where it refuses all.
+        """
         runs, total = [point.parameters for point in self.points if not point.refusal], 0.0
+        refusal: RequestError | None = None
         for name in self.engines:
             with suppress(EngineMissingError):  # of another package: it makes no run
                 traits = None if is_solver(self.case, name) else engine_class(name).traits
-                total += sum(run_seconds(self.case, run, traits, self.quantities) for run in runs)
+                for run in runs:
+                    try:
+                        total += run_seconds(self.case, run, traits, self.quantities)
+                    except RequestError as error:  # of which its row has the reason
+                        refusal = error
+        if refusal is not None and not total:
+            raise refusal
         return total
 
     def count(self, status: str) -> int:
@@ -444,22 +454,19 @@ def _taken_folder(folder: Path, request: SweepRequest) -> Iterator[None]:
     """
     file, text = folder / REQUEST, json.dumps(request.model_dump(), indent=2) + "\n"
     is_new = not file.exists()
-    new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
     check_writable(folder)
     if file.is_file() and file.read_text(encoding="utf-8", errors="replace") != text:
         raise RequestError(f"--output {folder}: has another sweep, see {REQUEST}; name another")
     if not file.is_file() and any(path.name[0] != "." for path in folder.glob("*")):
         raise RequestError(f"--output {folder}: holds files of no sweep; name another")
-    write_files({("--output", file): text_writer(text)})
-    try:
-        yield
-    except BaseException:
-        with suppress(OSError):  # a folder that has other files now stays
+    with made_folder(folder):
+        write_files({("--output", file): text_writer(text)})
+        try:
+            yield
+        except BaseException:
             if is_new:
-                file.unlink()
-            for path in new_folders:
-                path.rmdir()
-        raise
+                file.unlink(missing_ok=True)
+            raise
 
 
 @dataclass(frozen=True)
@@ -502,8 +509,7 @@ def read_numbers(
             raise RequestError(f"{option}: has no column {name!r}, but {others}")
     numbers: pd.DataFrame = frame[names].apply(pd.to_numeric, errors="coerce").astype(float)
     for row, column in np.argwhere(~np.isfinite(numbers.to_numpy())):
-        value = frame[names[column]].iloc[row]
-        text = f"{names[column]} = {value!r}: must be a number"
+        text = f"{names[column]} = {str(frame[names[column]].iloc[row])!r}: must be a number"
         raise RequestError(f"{option}, row {row + 2}: {text}")
     if frame.empty or (numbers.iloc[:, len(columns) :] < 0.0).any(axis=None):
         raise RequestError(f"{option}: must have rows, whose errors are not negative")

@@ -40,6 +40,8 @@ BAD = {
         ("--reference no.csv", "--reference no.csv", "goes with --figure"),
         ("--reference no.csv --figure f.svg", "--reference no.csv", "No such file"),
         ("--figure f.svg --csv f.svg", "--figure f.svg", "another option"),
+        ("--figure f.svg --reference f.svg", "--figure f.svg", "another option"),
+        ("--law nix", "--law", '"overlap", "deformable", "both"'),
     ],
     "cases": [("nix", "case 'nix'", "incline"), ("tower more", "'more'", "takes")],
     "engines": [("--program nix=/x", "--program nix", "must be one of lammps")],

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -64,6 +65,16 @@ def test_a_closed_pipe_is_no_error(tmp_path):
     said = process.communicate(timeout=300)[1]
     os.close(writer)
     assert (process.returncode, said) == (0, "")
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_is_no_bug(tmp_path, monkeypatch, unbuffered):
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
+    with Path("/dev/full").open("w") as full:
+        process = start(tmp_path, "cases", stdout=full, stderr=subprocess.PIPE)
+        said = process.communicate(timeout=300)[1]
+    assert (process.returncode, len(said.splitlines())) == (4, 1), said
+    assert re.search(r"stdout.*: .*No space left", said)
 
 
 def test_an_internal_error_is_status_4(harness, monkeypatch):
@@ -188,10 +199,11 @@ def test_a_failed_run_of_a_sweep_is_status_3_and_a_reason_on_stderr(harness):
     assert said.out.count("done") == 2
 
 
-def test_a_run_that_overflows_is_a_failed_row(command):
+def test_a_run_that_would_overflow_is_a_refused_row(command):
     words = ("sweep", "tower", "--over", "speed=1,2,1e300", "--set", "height=1")
-    record = json.loads(command(*words, "--engines", "exact", "--json", status=3).out)
-    assert [row["status"] for row in record["rows"]] == ["done", "done", "failed"]
+    record = json.loads(command(*words, "--engines", "exact", "--json").out)
+    assert [row["status"] for row in record["rows"]] == ["done", "done", "refused"]
+    assert record["rows"][2]["reason"] == "speed = 1e+300: must be from 0 to 1e30"
 
 
 def test_a_file_and_options_on_top(answer, tmp_path):

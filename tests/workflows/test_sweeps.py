@@ -30,7 +30,8 @@ def test_the_values_of_a_text(text, values):
     assert values_of("angle", text) == values
 
 
-@pytest.mark.parametrize("text", ["1,", "1:2", "1:2:x", "a:2:3", "0:1:log3", "1:2:1", "1:inf:3"])
+@pytest.mark.parametrize("text", ["1,", "1:2", "1:2:x", "a:2:3", "0:1:log3", "1:2:1", "1:inf:3",
+                                  "-1e308:1e308:3"])  # fmt: skip
 def test_bad_values_are_refused_with_the_option(text):
     with pytest.raises(RequestError, match=f"--over angle={text}"):
         values_of("angle", text)
@@ -59,6 +60,21 @@ def test_values_that_the_case_refuses_together_are_a_row():
     result = swept({"law.tangential": "none,linear_nohistory"})
     assert [row["status"] for row in result.rows] == ["done", "refused"]
     assert "needs a damping" in result.rows[1]["reason"]
+
+
+def test_a_run_that_the_case_refuses_is_a_row_unless_it_refuses_all(monkeypatch):
+    def job(case, parameters):
+        if parameters.steps == 100:
+            raise RequestError("it takes no steps")
+        return whole(case, parameters)
+
+    whole = doubles.BounceCase.job
+    monkeypatch.setattr(doubles.BounceCase, "job", job)
+    planned = plan("bounce", {"steps": "100,200"}, engines="good")
+    assert planned.seconds() > 0.0
+    assert [row["status"] for row in swept({"steps": "100,200"}).rows] == ["not tested", "done"]
+    with pytest.raises(RequestError, match="it takes no steps"):
+        plan("bounce", {"steps": "100"}, engines="good").seconds()
 
 
 def test_a_search_is_a_row_with_its_uncertainty():
@@ -177,6 +193,7 @@ def test_the_figure_shows_runs_without_the_second_parameter():
     [
         (b"a,b\n1,2\n", "has no column 'x', but a, b"),
         (b"x,y\n1,two\n", "row 2: y = 'two': must be a number"),
+        (b"x,y\n1,2\n1,inf\n", "row 3: y = 'inf': must be a number"),
         (b"x,y\n", "must have rows"),
         (b"x,y\n1,\xff\n", "is no CSV table"),
         (b"x,y,e\n1,2,-1\n", "whose errors are not negative"),
