@@ -348,6 +348,8 @@ class _Run:
         failing = [row for row in self.rows if row.verdict is Verdict.FAIL]
         if not failing:
             return self._fixed()
+        if any(row.failure is Failure.HARNESS for row in failing):
+            return self.rows  # an error of this package is no defect of the engine
         if dead := [row for row in failing if math.isnan(row.value)]:
             return self._marked({row.key: error_defect(self.defects, row.note) for row in dead})
         defect = explanation(self.defects, self.trial) if self.trial else None

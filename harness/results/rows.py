@@ -144,8 +144,9 @@ def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) ->
     """Return the row with its verdict: pass for ``|value - expected| <= width``; NaN never passes.
 
     A value whose uncertainty keeps it from deciding is not tested. A finding is not judged, nor is
-    a recorded value unless one is expected: the tolerance is how far it may be from the accepted
-    run. ``failure`` is the class of a failure where more than the number is known of it.
+    a recorded value unless one is expected: it must be finite, and the tolerance is how far it may
+    be from the accepted run. ``failure`` is the class of a failure where more than the number is
+    known of it.
     """
     unjudged = Verdict.FINDING if row.kind is Kind.FINDING else None
     if row.kind is Kind.RECORDED and math.isnan(row.expected):
@@ -154,14 +155,16 @@ def judge(row: Row, tolerance: Tolerance, *, failure: Failure = Failure.NONE) ->
     error, uncertainty, note = abs(row.difference), row.uncertainty, row.note
     reach = error + uncertainty if tolerance.whole_interval else max(error, uncertainty)
     verdict, failure = Verdict.FAIL, failure or Failure.OUT_OF_TOLERANCE
-    if not unjudged and not math.isfinite(width):
+    is_number = math.isfinite(row.value) if unjudged else not math.isnan(row.value)
+    needs_width = is_number if unjudged is Verdict.RECORDED else not unjudged
+    if needs_width and not math.isfinite(width):
         failure, note = Failure.HARNESS, f"expected {row.expected:g} within {width:g}"
-    elif math.isnan(row.value):
+    elif not is_number or math.isnan(uncertainty):
         failure = Failure.NOT_A_NUMBER
     elif unjudged:
         verdict = unjudged
         width = width or NAN if row.kind is Kind.FINDING else width
-    elif math.isnan(error - uncertainty):  # also of two infinite ones
+    elif math.isnan(error - uncertainty):  # of two infinite ones
         failure = Failure.NOT_A_NUMBER
     elif reach <= width:
         verdict = Verdict.PASS

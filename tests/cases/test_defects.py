@@ -157,6 +157,16 @@ def test_a_run_that_dies_with_the_message_of_a_defect():
     assert verdicts(rows_of(Code(error=EngineCrashError("SIGSEGV")), (dies,)))[0] == "fail"
 
 
+@pytest.mark.parametrize("effect", [{"error": "NaN"}, {"undetermined": "nothing is known"}])
+def test_an_error_of_the_harness_is_no_defect_of_the_engine(effect):
+    checks = checks_of(TSUJI, "hertz, tsuji, wall")
+    checks[0] = replace(checks[0], measure=lambda _: int(np.nan))  # "cannot convert float NaN"
+    defects = (KnownDefect(**ENTRY, **effect),)
+    rows = run_checks("head-on", checks, Bench(Code(TSUJI_FAULT)), version="2023", defects=defects)
+    assert rows[0].failure is Failure.HARNESS
+    assert not any(row.defect for row in rows)
+
+
 def test_a_failure_names_the_convention_under_which_it_would_pass():
     rows = rows_of(Code(rules=Rules(wall_lever="height")), scene=SLIDING, setup="hooke, wall")
     failing = [row for row in rows if row.verdict is Verdict.FAIL and row.kind is Kind.CROSS_CODE]

@@ -50,6 +50,16 @@ def test_verdict(name):
     assert judge(row, Tolerance(width)).verdict is verdict
 
 
+@pytest.mark.parametrize("kind", [Kind.FINDING, Kind.RECORDED])
+@pytest.mark.parametrize(("value", "uncertainty"), [(math.inf, 0.0), (1.0, math.nan)])
+def test_what_is_not_judged_must_be_a_number_too(kind, value, uncertainty):
+    row = Row(case="a", setup="b", quantity="c", engine="d", value=value, uncertainty=uncertainty,
+              kind=kind)  # fmt: skip
+    assert judge(row, Tolerance(0.0, 1.0)).failure is Failure.NOT_A_NUMBER
+    recorded = replace(row, kind=Kind.RECORDED, value=1.0, uncertainty=0.0)
+    assert judge(recorded, Tolerance(math.inf)).failure is Failure.HARNESS
+
+
 @pytest.mark.parametrize("kind", Kind)
 def test_a_measurement_that_is_not_a_number_fails_whatever_its_kind(kind):
     check = Check(
