@@ -54,11 +54,12 @@ def motion_of_table(title: str, scene: Scene, table: Table, stages: Floats | Non
         parts["temperature"] = table.get(TEMPERATURE, np.empty(0))
     motion = checked_motion(title, scene, table.get("step", ()), parts, stages)
     if "time_s" in table:
-        _check_clock(title, table["time_s"], motion.time)
+        check_clock(title, table["time_s"], motion.time)
     return motion
 
 
-def _check_clock(title: str, time: Floats, expected: Floats) -> None:
+def check_clock(title: str, time: Floats, expected: Floats) -> None:
+    """Raise EngineOutputError where a time [s] of samples, (M,) as expected, is not its step's."""
     wrong = np.flatnonzero(~(np.abs(time - expected) <= CLOCK_ERROR * expected[-1]))
     if wrong.size:
         place = wrong[0]

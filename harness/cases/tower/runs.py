@@ -14,6 +14,7 @@ from harness.cases.bench import Bench
 from harness.cases.tower.parameters import PROPERTIES, SEARCH, Tower, TowerParameters
 from harness.engines.base import Engine, Job, Output, Template, Value
 from harness.engines.output import Provenance
+from harness.engines.scenes import check_clock
 from harness.errors import EngineNaNError, EngineOutputError, RequestError, Unsupported
 from harness.model.base import COUNT, Allowed, allowed_in
 from harness.model.law import Law
@@ -368,6 +369,9 @@ def read(setup: Setup, output: Output) -> TowerRun:
         raise EngineOutputError(
             f"{output.engine} left samples at other steps than every {setup.every}"
         )
+    time = np.asarray(table["step"] * setup.step)
+    if "time_s" in table:
+        check_clock(output.engine, table["time_s"], time)
     x, v, force_x = columns
     # a scene's motion has the forces of contacts alone, a script's dump those with the weight
     weight = 0.0 if "tz_N_m" in table else case.each("mass")[0] * case.gravity
@@ -379,7 +383,7 @@ def read(setup: Setup, output: Output) -> TowerRun:
     if not (force > 0.0).any():
         raise EngineOutputError(f"{output.engine}: no contact of the tower ever presses")
     run = TowerRun(
-        chain=chain_of(case), time=np.asarray(table["step"] * setup.step),
+        chain=chain_of(case), time=time,
         displacements=x - case.each("diameter")[0] * np.arange(shape[1]), velocities=v,
         forces=force, step=setup.step, tower=case, solver=output.provenance.engine,
         provenance=output.provenance,

@@ -118,6 +118,7 @@ TABLES = {
     "NaN": lambda t: {**t, "x_m": np.where(t["x_m"] > 0.0, t["x_m"], np.nan)},
     "NaN in a force": not_a_force,
     "other steps": lambda t: {**t, "step": 2.0 * t["step"]},
+    "other times": lambda t: {**t, "time_s": np.linspace(0.0, 1.0, len(t["step"]))},
     "columns swapped": lambda t: {**t, "x_m": t["vx_m_per_s"], "vx_m_per_s": t["x_m"]},
     "no force": lambda t: {**t, "fx_N": np.full_like(t["fx_N"], 9.81)},
 }
