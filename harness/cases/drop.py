@@ -34,6 +34,7 @@ MOST_DECADES = 290.0  # between 1 and a mass [kg], and that and a stiffness: flo
 RESTED = 1e-6  # part of its motion that a grain at rest keeps at most
 SPEED = 1.0  # [m/s] of the collisions, on spheres of 1 m and 1 kg
 GAPS = 117.5  # steps before they begin: no number at which a sparse search might happen to look
+FEWEST_DIGITS = 6  # with which 7e-4 of a speed is seen, the change in the first step of a contact
 HEAD_ON = Contact(name="head-on", restitution=0.5)
 IN_SCRIPTS = ("stiffness", "steps_per_contact", "gravity", "diameter", "density", "gap", "speed",
               "sideways")  # fmt: skip
@@ -408,6 +409,9 @@ def _path_check(trial: Trial, digits: int) -> Check:
 
 def _changes(path: Path, digits: int) -> tuple[int, int]:
     """Return the samples before the velocity changes first and last, as far as digits show."""
+    if digits < FEWEST_DIGITS:
+        shown = f"{digits} digits do not show where a contact begins"
+        raise EngineOutputError(f"{shown}: the engine must write at least {FEWEST_DIGITS}")
     velocity = np.stack([path.vx, path.vy])
     resolution = 10.0 ** (2 - digits) * np.abs(velocity).max()
     changed = np.flatnonzero(np.abs(np.diff(velocity, axis=1)).max(axis=0) > resolution)

@@ -52,6 +52,7 @@ from harness.results.rows import (
 FORMAT = 3  # of run.json and rows.csv; raised when a key or column changes its meaning
 ROWS, META, JUNIT, LOGS, SCRIPTS = "rows.csv", "run.json", "junit.xml", "logs", "scripts"
 SOLVERS = "harness"  # engine of the rows of this package's solvers: no test of a code
+ABOUT_ENGINES = "engine"  # in place of a case: rows on an engine as a whole
 UNJUDGED = (Verdict.NOT_TESTED, Verdict.FINDING, Verdict.RECORDED)
 NOTEBOOK_COLUMNS = ("case", "setup", "quantity", "engine", "check", "value", "expected",
                     "tolerance", "unit", "verdict", "note")  # fmt: skip
@@ -66,7 +67,8 @@ class Meta(Parameters):
 
     ``engines`` maps names to versions, empty for an engine that could not be run; ``left_out``
     are engines of this machine that were not requested. ``named`` are the cases and engines that
-    were requested by name. ``started`` is ISO 8601 in UTC, ``seconds`` the wall time [s].
+    were requested by name, and ``unqualified`` engines that failed a case which they must pass: no
+    other was tested. ``started`` is ISO 8601 in UTC, ``seconds`` the wall time [s].
     """
 
     level: str
@@ -74,6 +76,7 @@ class Meta(Parameters):
     engines: Mapping[str, str]
     left_out: tuple[str, ...] = ()
     named: tuple[str, ...] = ()
+    unqualified: tuple[str, ...] = ()
     only: str = "*"
     strict: bool = False
     started: str = ""
@@ -82,8 +85,12 @@ class Meta(Parameters):
     harness_version: str = ""
 
     def of_engines_that_ran(self) -> Meta:
-        """Return the request as if engines that could not be run had been left out of it."""
-        ran = {name: version for name, version in self.engines.items() if version}
+        """Return the request as if engines that ran no cases had been left out of it.
+
+        They could not be run, or do not qualify.
+        """
+        versions = self.engines.items()
+        ran = {name: v for name, v in versions if v and name not in self.unqualified}
         missing = tuple(name for name in self.engines if name not in ran)
         return self.replace(engines=ran, left_out=(*self.left_out, *missing))
 
@@ -160,7 +167,8 @@ class Run:
     @property
     def _tested(self) -> list[str]:
         """Return the engines with a row that was tested."""
-        return list(self.rows[self.rows["verdict"] != Verdict.NOT_TESTED]["engine"].unique())
+        tested = self.rows["verdict"] != Verdict.NOT_TESTED
+        return list(self.rows[tested & (self.rows["case"] != ABOUT_ENGINES)]["engine"].unique())
 
     @property
     def _idle_engines(self) -> list[str]:
@@ -191,7 +199,11 @@ class Run:
         incomplete = self.meta.strict and number[Verdict.NOT_TESTED]
         parts = parts or ["Not all was tested" if incomplete else holding]
         parts += [f"{name} could not be run" for name, v in self.meta.engines.items() if not v]
+        parts += [f"{name} does not qualify" for name in self.meta.unqualified]
         parts += [f"{name} tested nothing" for name in idle if name not in self.untested]
+        about = self.rows[self.rows["case"] == ABOUT_ENGINES].set_index("engine")
+        digits = about["value"].dropna().items()
+        parts += [f"{name} is held to its {number:g} digits" for name, number in digits]
         defects, untested = number[Verdict.KNOWN_DEFECT], number[Verdict.NOT_TESTED]
         parts += [f"{defects} known defect{'s' * (defects > 1)}"] if defects else []
         parts += [f"{untested} not tested"] if untested else []
@@ -204,8 +216,8 @@ class Run:
     def changes_from_accepted(self, accepted: pd.DataFrame) -> pd.DataFrame:
         """Return what changed from accepted rows.
 
-        Those that were not requested are no change, and those of an engine that could not be run
-        neither: the status of the run says so once.
+        Those that were not requested are no change, and those of an engine that could not be run or
+        does not qualify neither: the headline says so once.
         """
         covers = self.meta.of_engines_that_ran().covers
         changes = compare(accepted, self.rows, covers_after=covers)

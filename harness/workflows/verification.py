@@ -27,7 +27,7 @@ from typing import Any
 from harness import __version__
 from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
-from harness.cases.checks import error_row, run_checks, selected
+from harness.cases.checks import FULL_DIGITS, error_row, run_checks, selected
 from harness.cases.registry import (
     ALL,
     QUALIFYING,
@@ -63,7 +63,7 @@ from harness.results.rows import (
 from harness.store.cache import opened
 from harness.store.committed import accepted_rows
 from harness.store.committed import known_defects as load_defects
-from harness.store.runs import Meta, Run, write_run
+from harness.store.runs import ABOUT_ENGINES, Meta, Run, write_run
 from harness.workflows import Progress, silent
 from harness.workflows.executors import opened_on
 from harness.workflows.runs import OpenEngine
@@ -142,6 +142,7 @@ def verify(  # noqa: PLR0913 - the options of a user
             engines=versions,
             left_out=tuple(name for name in engine_names() if name not in versions),
             named=tuple(word for word in words_in(cases or ()) if word in case_names()),
+            unqualified=tuple(session.unqualified),
             only=session.only,
             strict=strict,
             started=started,
@@ -205,6 +206,7 @@ class Session:
     checks: dict[Key, list[Check]] = field(default_factory=dict)
     comparisons: dict[Key, list[Check]] = field(default_factory=dict)
     rows: dict[Key, list[Row]] = field(default_factory=dict)
+    unqualified: list[str] = field(default_factory=list)
 
     @property
     def engines(self) -> list[Engine]:
@@ -223,17 +225,26 @@ class Session:
                 self._skip(name, str(error))
             except EngineError as error:
                 self.versions[name] = ""
-                self.rows[name, ""] = [error_row(self._blank(name, "engine"), error)]
+                self.rows[name, ""] = [error_row(self._blank(name, ABOUT_ENGINES), error)]
             else:
                 if engine.name in self.benches:
                     raise RequestError(f"--engines: two engines have the name {engine.name!r}")
                 self.versions[engine.name] = version
                 self.benches[engine.name] = Bench(engine, others=self.benches)
-                if version not in (tried := engine.traits.versions):
-                    text = f"not one that it was tried with ({', '.join(tried) or 'none'})"
-                    row = replace(self._blank(engine.name, "engine"), setup="version")
-                    row = finding(replace(row, note=f"version {version}: {text}"))
-                    self.rows[engine.name, ""] = [row]
+                self.rows[engine.name, ""] = self._findings(engine)
+
+    def _findings(self, engine: Engine) -> list[Row]:
+        """Return what the verdicts about an engine rest on: its version, and few digits."""
+        blank, rows = self._blank(engine.name, ABOUT_ENGINES), list[Row]()
+        version, digits = self.versions[engine.name], engine.traits.digits
+        if version not in (tried := engine.traits.versions):
+            text = f"not one that it was tried with ({', '.join(tried) or 'none'})"
+            rows.append(replace(blank, setup="version", note=f"version {version}: {text}"))
+        if digits < FULL_DIGITS:
+            text = "by its own account: a fault that they hide is within the tolerances"
+            rows.append(replace(blank, setup="output", quantity="digits", unit="1", value=digits,
+                                note=text))  # fmt: skip
+        return [finding(row) for row in rows]
 
     def plan(self) -> None:
         """List the checks; raise RequestError where the pattern selects none of them."""
@@ -282,6 +293,7 @@ class Session:
                 more = f" and {len(wrong) - 1} more" if wrong[1:] else ""
                 name = engines[place].name
                 del self.benches[name]
+                self.unqualified.append(name)
                 self._skip(name, f"not qualified: {wrong[0]}{more}")
         if any(failures.values()):
             self._plan_comparisons()
@@ -407,7 +419,7 @@ class Session:
             if (engine, case.name) not in self.rows:
                 self._add(not_tested(self._blank(engine, case.name), reason))
         if not any(name == engine for name, _ in self.rows):  # under a pattern of other names
-            self.rows[engine, ""] = [not_tested(self._blank(engine, "engine"), reason)]
+            self.rows[engine, ""] = [not_tested(self._blank(engine, ABOUT_ENGINES), reason)]
 
 
 def returned(case: Case[Any], call: str, *arguments: Any) -> list[Any]:

@@ -16,7 +16,7 @@ from harness.errors import EngineCrashError
 from harness.results.rows import Verdict
 from tests.cases.common import assert_refused, verdicts
 from tests.cases.scene_faults import coefficient, scaled
-from tests.engine_doubles import Clipping, Twin, lost, same
+from tests.engine_doubles import Clipping, FewDigits, Twin, lost, same
 
 
 def verify(engine, setup=None):
@@ -118,6 +118,15 @@ def test_planted_fault_turns_its_row(fault):
 )  # fmt: skip
 def test_spoiled_runs_fail_every_row(change):
     assert [row.verdict for row in verify(Twin(change_motion=change))] == 26 * [Verdict.FAIL]
+
+
+def test_digits_that_do_not_show_a_contact_are_named_as_the_reason():
+    assert {row.verdict for row in verify(FewDigits())} == {Verdict.PASS}
+    engine = FewDigits()
+    engine.traits = replace(engine.traits, digits=5)
+    failing = [row for row in verify(engine) if row.verdict is Verdict.FAIL]
+    assert len(failing) == 2
+    assert all("must write at least 6" in row.note for row in failing)
 
 
 def test_refused_contacts_are_not_tested():

@@ -178,6 +178,18 @@ class Refusing(Good):
         raise Unsupported("it has no springs")
 
 
+class Young(Refusing):
+    """Refuses all, in a version that nobody has tried."""
+
+    name = "young"
+    traits = replace(Good.traits, versions=())
+
+
+class Rough(Good):
+    name = "rough"
+    traits = replace(Good.traits, digits=7)
+
+
 CASE = BounceCase()
 
 
@@ -195,7 +207,8 @@ WRONG = Wrong()
 HERE = "tests.workflows.doubles"
 GROUPS = {"balls": {"bounce": f"{HERE}:CASE"}, "others": {"wrong": f"{HERE}:WRONG"}}
 ENGINES = {
-    kind.name: f"{HERE}:{kind.__name__}" for kind in (Usual, Good, Off, Dying, Missing, Refusing)
+    kind.name: f"{HERE}:{kind.__name__}"
+    for kind in (Usual, Good, Off, Dying, Missing, Refusing, Young, Rough)
 }
 
 

@@ -66,12 +66,19 @@ def test_an_engine_that_is_missing_dies_or_refuses_leaves_rows(of_all):
         ("all", {}, 3),
         ("refusing", {}, 3),  # also where rows of this package's solvers hold
         ("refusing", {"cases": "bounce"}, 3),  # a named case tested nothing
+        ("young", {}, 3),  # nor does a remark on its version make it a tested one
         ("good,refusing", {}, 0),
         ("good,refusing", {"strict": True}, 1),
     ],
 )
 def test_the_status_of_engines(engines, more, status):
     assert verified(engines, **more).status == status
+
+
+def test_an_engine_of_few_digits_is_named_as_one():
+    run = verified("rough")
+    assert run.headline == "All verdicts hold; rough is held to its 7 digits"
+    assert verdicts(run, engine="rough", case="engine") == ["finding"]
 
 
 def test_an_engine_that_is_missing_has_its_reason_under_any_pattern():
@@ -113,6 +120,17 @@ def test_an_engine_that_does_not_qualify_is_tested_no_further():
     assert row["note"].startswith("not qualified: bounce (200 steps), off: restitution")
     assert "fail" in verdicts(run, case="bounce")  # the reason is shown
     assert set(verified("good", cases="bounce2").rows["case"]) == {"bounce2"}  # no reason, no rows
+
+
+@pytest.mark.usefixtures("other")
+def test_rows_that_an_engine_was_not_qualified_for_are_none_that_got_worse(monkeypatch):
+    accepted = verified("good", cases="bounce2").rows.replace({"engine": {"good": "off"}})
+    monkeypatch.setattr("harness.workflows.verification.accepted_rows", lambda _: accepted)
+    run = verified("off", cases="bounce2")
+    assert set(run.regressions["case"]) == {"bounce"}  # the reason
+    assert "off does not qualify" in run.headline
+    assert run.status == 3  # nothing was tested
+    assert not verified("refusing,good", cases="bounce2").meta.unqualified
 
 
 @pytest.mark.usefixtures("other")
