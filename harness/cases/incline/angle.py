@@ -39,9 +39,9 @@ def friction_text(case: Incline) -> str:
 class CriticalAngle(Plottable):
     """A critical angle [deg] at one stiffness and step.
 
-    ``uncertainty`` [deg] is the range of a single start, and of the search. ``mean_error`` [deg] is
-    the error of the value as a mean over starts within a step. Neither contains the error of a
-    finite stiffness or step. ``monotone`` is False where an angle above a moving one was trapped.
+    ``uncertainty`` [deg] is the range of a single start, and of the search. ``mean_error`` [deg]
+    bounds the error of the value as a mean over starts within a step. Neither contains the error of
+    a finite stiffness or step. ``monotone`` is False where an angle above a moving one was trapped.
     ``runs`` are those of the search: angle [deg], phase, motion, margin [m g d].
     """
 

@@ -331,11 +331,11 @@ def by_passage(
     value, half_range = float(angles.mean()), float(np.ptp(angles)) / 2.0
     # the last correction is by a slope good to a few per cent: a tenth of it is uncertain
     root_error = 0.1 * abs(value - root)
-    # the angle is a sawtooth of the phase: the mean of P is off by about its half range over P
-    # (by P / (P - 1) of that at most)
+    # the angle is a sawtooth of the phase, of half range a: the mean of P starts is off by a / P at
+    # most, and the half range of the starts is a (1 - 1 / P)
     return CriticalAngle.of(
         [*runs, *shifted], case, "passage", value=value, uncertainty=half_range + root_error,
-        mean_error=half_range / phases + root_error,
+        mean_error=half_range / (phases - 1) + root_error,
     )  # fmt: skip
 
 

@@ -85,7 +85,9 @@ def test_the_root_of_the_map_is_the_closed_form(shock):
 def test_the_uncertainty_contains_the_truth_under_jitter(height, at):
     measure = EnergyMap(shift=sawtooth(height, at))
     found = by_passage(measure, Incline(), tolerance_deg=max(1e-3, height))
-    assert abs(found.value - closed_form()) <= found.uncertainty + 1e-6
+    error = abs(found.value - closed_form())
+    assert error <= found.uncertainty + 1e-6
+    assert error <= 1.01 * found.mean_error + 1e-6  # by a slope that is a little off
     assert found.uncertainty <= height
 
 
@@ -212,7 +214,7 @@ def test_the_limit_of_a_known_ladder():
     def angle(k, n):
         case = Incline(contact=PLASTIC, stiffness=k, steps_per_contact=n)
         bias = -400.0 / k - 300.0 / k**1.5 - 0.1 / n
-        return replace(by_passage(EnergyMap(), case, phases=1), value=10.2 + bias, mean_error=1e-6)
+        return replace(by_passage(EnergyMap(), case, phases=2), value=10.2 + bias, mean_error=1e-6)
 
     found = extrapolate([angle(k, n) for k in (1e5, 3e5, 1e6, 1e7) for n in (50.0, 100.0, 200.0)])
     assert found.value == pytest.approx(10.2, abs=2e-5)
