@@ -35,7 +35,7 @@ class Change(StrEnum):
 
     WORSE = "worse"  # in its verdict, or it is missing although it was requested
     OTHER_INPUT = "other input"  # the engine was given another script, value or scene
-    MOVED = "moved"  # by more than its tolerance
+    MOVED = "moved"  # by more than its tolerance, the narrower of both
     BETTER = "better"
     NEW = "new"
     WITHIN = "within tolerance"
@@ -75,7 +75,7 @@ def compare(
         indicator="_side",
     )
     both["moved_by"] = both["value_after"] - both["value_before"]
-    both["in_tolerances"] = _ratio(both["moved_by"], both["tolerance_after"])
+    both["in_tolerances"] = _ratio(both["moved_by"], _narrower_tolerance(both))
     spread = (both["uncertainty_before"] ** 2 + both["uncertainty_after"] ** 2) ** 0.5
     both["in_uncertainties"] = _ratio(both["moved_by"], spread)
     both["change"] = _changes(both, covers_before, covers_after)
@@ -161,11 +161,17 @@ def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.ob
         (ranks[1] > ranks[0], Change.BETTER),
         ((old == new) | (np.isnan(old) & np.isnan(new)), Change.SAME),
         (distance <= ROUND_OFF * np.abs(old), Change.ROUND_OFF),
-        (distance <= both["tolerance_after"].to_numpy(float), Change.WITHIN),
+        (distance <= _narrower_tolerance(both).to_numpy(float), Change.WITHIN),
     ]
     masks = [np.asarray(mask, bool) for mask, _ in conditions]
     names = [np.array(str(change), dtype=object) for _, change in conditions]
     return np.select(masks, names, np.array(str(Change.MOVED), dtype=object))
+
+
+def _narrower_tolerance(both: pd.DataFrame) -> pd.Series[float]:
+    """Return the smaller tolerance of both sides: a wider one hides no move. NaN without one."""
+    before, after = both["tolerance_before"], both["tolerance_after"]
+    return after.where(~(before < after), before)
 
 
 def _side(both: pd.DataFrame, side: str) -> pd.DataFrame:

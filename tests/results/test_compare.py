@@ -93,6 +93,10 @@ PLANTED = {  # the quantity, its row in the second run, the class, whether it fa
     "row of a longer level missing": ("steady", None, Change.NOT_COMPARABLE, False),
     "failure moved": ("shock", row("shock", 10.2), Change.MOVED, True),
     "recorded value moved": ("time", recorded("time", 3.1, NARROW), Change.MOVED, True),
+    "recorded value moved within a wider tolerance": (
+        "time", recorded("time", 3.1, WIDE), Change.MOVED, True),
+    "value moved within a wider tolerance": (
+        "angle", replace(row(value=10.0), value=10.1, tolerance=0.5), Change.MOVED, True),
     "finding moved": ("difference", replace(MOVED, tolerance=math.nan), Change.MOVED, False),
     "tolerated finding moved": ("difference", replace(MOVED, tolerance=0.01), Change.MOVED, True),
     "another parameter": ("angle", row(inputs="b"), Change.OTHER_INPUT, True),
