@@ -128,6 +128,7 @@ class Case(ABC, Generic[P]):
     presets: Mapping[str, P]  # by name; the first is the default of `run`
     sources: Mapping[str, str] = MappingProxyType({})  # preset: where it was published
     solvers: Sequence[str] = ()  # names of solvers of this package that `solve` runs
+    exact_by: ClassVar[str] = "closed form"  # in the legend of a figure: the source of `exact`
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

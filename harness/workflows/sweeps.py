@@ -205,7 +205,7 @@ class Sweep(Plottable):
             axes.errorbar(rows[across], rows[column], yerr=rows.get(f"uncertainty_{name}"),
                           ls=":", ms=5, capsize=2, marker=MARKERS[place % len(MARKERS)],
                           label=", ".join([engine_title(str(engine)), *others]))  # fmt: skip
-        self._draw_closed_form(axes, name, across)
+        self._draw_exact(axes, name, across)
         if points is not None:
             axes.errorbar(points.x, points.y, yerr=points.uncertainty, fmt="kx", label=points.name)
         numbers = pd.to_numeric(done[across], errors="coerce")
@@ -220,7 +220,7 @@ class Sweep(Plottable):
         text = f"{value:g}" if isinstance(value, float) else str(value)
         return f"{name} = {text} {unit(type(self.case.default), name)}".rstrip()
 
-    def _draw_closed_form(self, axes: Axes, name: str, across: str) -> None:
+    def _draw_exact(self, axes: Axes, name: str, across: str) -> None:
         curves: dict[tuple[str, ...], dict[float, float]] = {}
         for point in self.points:
             try:
@@ -232,8 +232,8 @@ class Sweep(Plottable):
             if math.isfinite(value):
                 curves.setdefault(others, {})[x] = value
         for place, curve in enumerate(curves.values()):
-            line = zip(*sorted(curve.items()), strict=True)
-            axes.plot(*line, "k-", lw=1, zorder=0, label=None if place else "closed form")
+            line, legend = zip(*sorted(curve.items()), strict=True), self.case.exact_by
+            axes.plot(*line, "k-", lw=1, zorder=0, label=None if place else legend)
 
 
 def sweep(  # noqa: PLR0913 - the options of a user

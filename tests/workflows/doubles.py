@@ -44,6 +44,7 @@ class BounceCase(Case[Bounce]):
     presets = {"usual": Bounce(), "stiff": Bounce(stiffness=1e7)}
     sources = {"stiff": "nobody 2020"}
     solvers = ("exact",)
+    exact_by = "a clock"
     qualifies = True
     quantities = (
         Quantity("restitution", "1", "speed after over speed before"),

@@ -177,6 +177,8 @@ def test_the_figure_shows_the_first_quantity_and_the_users_points(tmp_path):
     assert "measured.csv" in labels
     assert sum("steps" in label for label in labels) == 2
     assert swept({"steps": "100"}, "dying").figure() is None
+    (axes,) = swept({"steps": "100,200"}, quantities="time_s").figure().axes
+    assert "a clock" in axes.get_legend_handles_labels()[1]  # that gives the exact values
 
 
 def test_the_figure_shows_runs_without_the_second_parameter():

@@ -266,7 +266,8 @@ def _friction(benches: Sequence[Bench]) -> Iterator[Section]:
         }
         for bench in benches
     }
-    if any(measured.values()):
+    measured = {title: angles for title, angles in measured.items() if angles}
+    if measured:
         without, rolling = (rigid_angle(checks.friction_case(mu))[0] for mu in (0.0, 1.0))
         drawing = Drawing(
             "critical-angle-friction",

@@ -117,6 +117,7 @@ class TowerCase(Case[TowerParameters]):
     }
     sources = {"source": "the source paper, arXiv 2409.13633"}  # noqa: RUF012
     solvers = ("exact", "rk4")
+    exact_by = "exact propagator"
 
     def job(self, parameters: TowerParameters) -> Job:
         """Return the job of one run, long enough for the turnaround window."""

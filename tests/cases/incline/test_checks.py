@@ -71,11 +71,16 @@ def test_sections_draw_what_was_run_and_run_nothing(monkeypatch):
     bench, only = Bench(Twin()), "*50 steps, friction 0.35*"
     run_checks("incline", selected("incline", CASE.checks(Twin()), "full", only), bench)
     before = len(bench._runs._futures)
-    sections = CASE.sections({"stand-in": bench, "harness": Bench(None)})
+    idle = Bench(Reference())
+    sections = CASE.sections({"stand-in": bench, "idle": idle, "harness": Bench(None)})
     assert len(bench._runs._futures) == before
     assert sections[0].opening is not None
     (picture,) = [draw(drawing) for section in sections for drawing in section.drawings]
     assert picture.error == ""
+    (legend,) = sections[-1].drawings[0].draw().legends
+    names = [text.get_text() for text in legend.get_texts()]
+    assert "Twin" in names
+    assert idle.engine.title not in names  # it has no point
 
 
 # ---- planted faults: the fault, and the rows of which one must turn
