@@ -144,6 +144,8 @@ class Faults(Parameters):
     setup_torque: Vector = Field(
         ZERO, description="[N m] on the first body in the first setup, of memory that was never "
         "set (LAMMPS 2023, 2024: rolling at walls)")
+    later_setup_torque: Vector = Field(
+        ZERO, description="[N m] likewise in later setups")
     cylinder_shear: Vector = Field(
         ZERO, description="[m/s] added to the surface of cylinders that turn (LAMMPS: fix "
         "wall/gran zcylinder shear)")

@@ -126,8 +126,8 @@ class Simulation:
             dashpot = _tsuji_dashpot(laws["restitution"], self.faults)
             laws["dashpot"] = np.where(laws["tsuji"], dashpot, laws["dashpot"])
         self._take(0)
-        if not self.step_number:
-            self.system.state[0, TORQUE] += self.faults.setup_torque
+        unset = self.faults.later_setup_torque if self.step_number else self.faults.setup_torque
+        self.system.state[0, TORQUE] += unset
         self.system.before[:] = self.system.state[:, FORCE:]
 
 

@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from itertools import combinations, count
 from pathlib import Path
@@ -23,6 +24,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
+from scipy.optimize import root
 
 from harness.cases.checks import error_row
 from harness.engines.lammps_language import error_of
@@ -439,9 +441,12 @@ def known_defects_of(reading: Reading, states: Sequence[State]) -> str:
     trial, candidates = Trial({reading.scene: reading.rules}, holds), _candidates(reading.scene)
     for number in range(1, MOST_SWITCHES + 1):
         for group in combinations(candidates, number):
-            unknowns = {
+            unknowns: dict[str, Any] = {
                 defect.fit: _unset_torque(reading, states) for defect in group if defect.fit
             }
+            if unknowns and any(reading.scene.setups) and not trial.holds_with(group, **unknowns):
+                run = partial(trial.motion_with, group, **unknowns)
+                unknowns["later_setup_torque"] = _later_torque(reading, states, run)
             if trial.holds_with(group, **unknowns):
                 return ", ".join(defect.name for defect in group)
     return ""
@@ -465,6 +470,37 @@ def _unset_torque(reading: Reading, states: Sequence[State]) -> tuple[float, ...
     """Return the torque of the first setup beyond the reference's: it was never set."""
     torque = _columns(states[:1], RECORDED["run_torque"])[0, 0]
     return tuple(torque - reading.motion.torque[0, 0])
+
+
+def _later_torque(
+    reading: Reading, states: Sequence[State], motion_with: Callable[..., Motion | None]
+) -> tuple[float, ...]:
+    """Return the torque of later setups: that of the first spin which differs at a segment's end.
+
+    No dump shows it. Place, velocity, force and torque there must agree as well.
+    """
+    scene = reading.scene
+    unit = float(np.abs(reading.motion.force[:, 0]).max()) * scene.bodies[0].radius
+    spins = _columns(states[1:], RECORDED["run_omega"])[:, 0]
+    size = float(np.abs(spins).max())
+
+    def errors(torque: Floats) -> Floats:
+        """Return the errors of the spins at the ends of segments, (segments, 3)."""
+        motion = motion_with(later_setup_torque=tuple((unit * torque).tolist()))
+        if motion is None:
+            return np.full(spins.shape, np.inf)
+        at = [end // scene.every for end in reading.ends]
+        return (motion.angular_velocity[at, 0] - spins) / size
+
+    wrong = np.flatnonzero(np.abs(errors(np.zeros(3))).max(axis=1) > EQUAL_STEPS)
+    if not size or not unit or not wrong.size:
+        return (0.0, 0.0, 0.0)
+
+    def first_error(torque: Floats) -> Floats:
+        return np.asarray(errors(torque)[wrong[0]])
+
+    found = root(first_error, np.zeros(3), tol=1e-14)
+    return tuple((unit * found.x).tolist())
 
 
 # ---- the page

@@ -1,5 +1,6 @@
 """Tests run in LAMMPS, compared with their records and the reference; what users reported."""
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -164,6 +165,23 @@ def states_of(motion, sample):
     for names, values in [*columns, (("fx", "fy", "fz"), motion.force)]:
         state |= zip(names, values[sample].T, strict=True)
     return state
+
+
+def test_torques_that_no_setup_has_set_are_that_known_defect(lmp):
+    """That of the second segment's setup is in no dump, and all of its end must agree."""
+    test = named(on_a_slope(0.01, 80.0), segments=(500, 500))
+    run = run_test(test, lmp)
+    reading = read_scene(test, run.log, run.states[0], run.timestep)
+    kicks = Faults(setup_torque=(0.0, 2e-4, 0.0), later_setup_torque=(1e-5, -1e-4, 0.0))
+    motion = reference.run(reading.scene, reading.rules, kicks)
+    states = [states_of(motion, end // reading.scene.every) for end in (0, *reading.ends)]
+    for state, (name, g) in product(
+        states, zip(("fx", "fz"), reading.scene.gravity[::2], strict=True)
+    ):
+        state[name] = state[name] + reading.scene.bodies[0].mass * g  # as in a dump
+    assert judging.known_defects_of(reading, states) == "rolling-uninitialised-in-setup"
+    states[2]["vx"] = states[2]["vx"] * (1.0 + 1e-6)
+    assert judging.known_defects_of(reading, states) == ""
 
 
 def test_two_defects_at_once_are_both_named(lmp):

@@ -202,6 +202,8 @@ FAULTS = {  # field: (value, scene, least difference)
     "forgets_setup": (True, lambda: rolled(1), 1e-5),
     "tsuji_again_in_setup": (True, lambda: impact(TSUJI, DOWN).replace(setups=(50,)), 1e-2),
     "setup_torque": ((0.0, 1e-3, 0.0), taken_along, 1e-4),
+    "later_setup_torque": (
+        (0.0, 1e-3, 0.0), lambda: taken_along().replace(setups=(50,)), 1e-4),
     "cylinder_shear": ((0.0, 0.0, 0.1), taken_along, 1e-2),
     "small_angle_quaternion": (True, lambda: rolled(20), 1e-9),
     "discs_turn_as_spheres": (True, disc, 1e-2),
