@@ -49,7 +49,8 @@ PLAIN: Changes = {
 }  # fmt: skip
 USUAL_SYSTEMS = ("wall", "two spheres", "unequal spheres", "frozen sphere")
 TWO_MATERIALS = ("two materials, stated", "two materials, mixed", "wall of another material")
-MIXED = "two spheres, mixed"  # a code mixes restitution and friction of two bodies itself
+# a code mixes restitution and friction of two bodies itself; bodies touch at no overlap
+OF_FEW_LAWS = ("two spheres, mixed", "wall, at touch")
 SLOW_SYSTEMS = ("unequal spheres", "frozen sphere", "two spheres, turned", *TWO_MATERIALS)
 VARIED_SYSTEM = "two spheres"  # of an engine's variations below level full
 
@@ -346,7 +347,7 @@ class _Law(NamedTuple):
     def goes_with(self, system: str) -> bool:
         if system in TWO_MATERIALS:
             return self.two_materials
-        return system in self.systems or (not self.systems and system != MIXED)
+        return system in self.systems or (not self.systems and system not in OF_FEW_LAWS)
 
 
 def law_part(name: str) -> Changes:

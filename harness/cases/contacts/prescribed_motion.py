@@ -105,6 +105,9 @@ class PrescribedMotion(ContactSystem):
         1e-3, ge=1e-9, le=1.0, description="[rad] forth and back during the shear: rolling by 3 r "
         "/ R* of it, twisting by 1.5")
     duration: float = Field(1e-3, ge=1e-12, le=1e9, description="[s] of each of the six pieces")
+    gap: float = Field(
+        0.5, ge=0.0, le=1.0, description="[-] at the start, in steps of the press: at 0 the bodies "
+        "just touch, and a code decides by its last digit whether they do")
     turned: float = Field(
         0.0, ge=0.0, le=0.2, description="[rad] by which two spheres that stick turn as one body, "
         "in place of all after the shear")
@@ -120,6 +123,10 @@ class PrescribedMotion(ContactSystem):
     def twist_forth(self) -> float:
         """Return the angle of twisting during the shear [rad]."""
         return 1.5 * self.forth if self.twisting != "none" else 0.0
+
+    def start_gap(self, steps: int) -> float:
+        """Return the gap at the start [m] of a press of so many steps."""
+        return self.gap * self.overlap / (steps - self.gap)
 
     def check(self) -> None:
         """Raise ValueError for a motion that leaves the contact, or in which it pulls."""
@@ -142,15 +149,15 @@ class PrescribedMotion(ContactSystem):
         self.check_range("duration", pull / push, 1e9, reason)
 
     def scene(self) -> Scene:
-        """Return the pieces of the motion, the sphere at touch before."""
+        """Return the pieces of the motion, the sphere above its partner before."""
         if self.turned:
             return self._turned_pair()
         half = math.ceil(self.steps_per_contact / 2)  # samples in the middle of each piece, too
         roll, twist, d, s = self.roll_forth, self.twist_forth, self.overlap, self.shear
-        sideways = self.radius * roll
-        bodies = self.bodies(0.0)
+        sideways, gap = self.radius * roll, self.start_gap(2 * half)
+        bodies = self.bodies(gap)
         pieces: tuple[tuple[Vector, Vector], ...] = (
-            ((0.0, 0.0, -d), ZERO),
+            ((0.0, 0.0, -d - gap), ZERO),
             ((s, -sideways, 0.0), (roll, 0.0, twist)),
             ((-2.0 * s, sideways, 0.0), (-roll, 0.0, -twist)),
             ((0.0, 0.0, self.lift * d), ZERO),
@@ -169,9 +176,10 @@ class PrescribedMotion(ContactSystem):
         """
         n, time, angle = self.steps_per_contact, self.duration, self.turned / CHORDS
         rate = angle / time
-        first, second = self.bodies(0.0, other_spin=(0.0, rate, 0.0))
+        gap = self.start_gap(n)
+        first, second = self.bodies(gap, other_spin=(0.0, rate, 0.0))
         places = [np.array(first.position)]
-        places.append(places[-1] + (0.0, 0.0, -self.overlap))
+        places.append(places[-1] + (0.0, 0.0, -self.overlap - gap))
         places.append(places[-1] + (self.shear, 0.0, 0.0))
         centre = np.array(second.position)
         for _ in range(CHORDS):

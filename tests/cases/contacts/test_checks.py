@@ -130,6 +130,17 @@ def test_a_plug_in_case_is_held_to_what_few_digits_resolve():
     assert all("7 digits" in row.reason for row in rows if row.verdict is Verdict.PASS)
 
 
+def test_a_rounding_of_the_start_turns_the_rows_of_bodies_that_just_touch_alone():
+    def rounded(scene):
+        (x, y, z), (first, *others) = scene.bodies[0].position, scene.bodies
+        return scene.replace(bodies=(first.replace(position=(x, y, z * (1.0 - 1e-15))), *others))
+
+    for name in ("prescribed-motion", "pull-off", "oblique"):
+        rows = rows_of(case_named(name), twin(rounded))
+        failing = {row.setup for row in rows if row.verdict is Verdict.FAIL}
+        assert failing == {row.setup for row in rows if row.setup.endswith("wall, at touch")}
+
+
 def forgetting(*parts):
     """Return an engine that does not write some parts of a motion."""
     return twin(change_motion=lambda _, motion: replace(
