@@ -55,6 +55,7 @@ Inside = Literal["damped", "elastic"]
 CHAIN = Provenance("harness", __version__, how="compiled")
 MOST_SUNK = 0.1  # [d] of a column under its own weight: more is another geometry
 PATH_EVERY, LEAST_PATH = 50, 100  # steps between samples of a path, samples that are compared
+LEAST_WAY = 2.0  # [m] along the row: the grain passes three wells, of a diameter of 1 m each
 HEIGHTS: dict[int, Level] = {2: "quick", 4: "default", 8: "full"}
 # [deg] the source's angle of a tower of n contacts by law, where the impulse rescales the velocity
 # kept or lost (`dem-harness impulse`; a test computes them again)
@@ -293,6 +294,8 @@ def _path_difference(jobs: Sequence[Job], bench: Bench) -> float:
     if rows != others or rows < LEAST_PATH:
         text = f"paths of {rows} and {others} samples: must be as many, {LEAST_PATH} at least"
         raise EngineOutputError(text)
+    if np.ptp(paths[0]["x_m"]) < LEAST_WAY:
+        raise EngineOutputError("paths that stay within a well")  # equal as they may be
     x, y = (paths[0][name] - paths[1][name] for name in ("x_m", "y_m"))
     return float(np.hypot(x, y).max())
 

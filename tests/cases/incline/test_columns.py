@@ -1,6 +1,7 @@
 """Columns: at rest, under both laws, in two programs, and as the incline for one particle."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -129,6 +130,11 @@ def test_planted_faults(fault):
 def test_a_path_off_the_inclines_is_seen():
     longer = scaled("step", 1 + 1e-9)
     row = rows_of(Twin(lambda s: longer(s) if s.law.damping == "velocity" else s))[0]
+    assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
+
+
+def test_two_paths_that_are_equal_as_neither_moves_are_a_failure():
+    row = rows_of(Twin(change_motion=lambda _, m: replace(m, position=0.0 * m.position)))[0]
     assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
 
 
