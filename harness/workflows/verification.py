@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from functools import partial
-from itertools import chain
+from itertools import chain, product
 from pathlib import Path
 from subprocess import DEVNULL, Popen
 from threading import Thread
@@ -255,6 +255,10 @@ class Session:
             for engine in self.engines:
                 self._plan(engine.name, case, "checks", engine, self.level)
         self._plan_comparisons()
+        for engine, case in product(self.engines, self.cases) if self.only == "*" else ():
+            key = engine.name, case.name
+            if not (self.checks.get(key) or self.comparisons.get(key) or key in self.rows):
+                self._add(not_tested(self._blank(*key), f"{NO_CHECKS} at level {self.level}"))
         planned = any([*self.checks.values(), *self.comparisons.values()])
         planned = planned or any((OWN, name) in self.rows for name in self.broken)
         if self.engines and self.only != "*" and not planned:
@@ -355,8 +359,6 @@ class Session:
             self._add(error_row(blank, error))
         else:
             self.checks[engine, case.name] = selected(case.name, checks, self.level, self.only)
-            if not checks and engine != OWN and self.only == "*":
-                self._add(not_tested(blank, NO_CHECKS))
 
     def _plan_comparisons(self) -> None:
         self.comparisons.clear()

@@ -101,6 +101,18 @@ def test_each_level_has_the_checks_of_the_shorter_ones():
     assert setups[0] < setups[1] < setups[2]
 
 
+def test_a_case_without_checks_of_a_level_is_not_tested_there(monkeypatch):
+    checks = doubles.BounceCase.checks
+
+    def longer(case, engine):
+        return [check for check in checks(case, engine) if check.level != "quick"]
+
+    monkeypatch.setattr(doubles.BounceCase, "checks", longer)
+    (row,) = records(verified("good"), engine="good", case="bounce")
+    assert row["note"] == "the case has no checks of this engine at level quick"
+    assert verdicts(verified("good", "default"), engine="good") == ["pass"]
+
+
 def test_engines_are_held_against_one_another():
     assert verdicts(verified("good,lammps"), check="good") == ["pass"]
 
