@@ -147,13 +147,18 @@ def same_shares(first: Sample, second: Sample) -> Value:
     """Return Fisher's p [-] for equal shares of runs without a value, 1 for equal ones.
 
     Means are over runs with a value: of engines that differ in how many have none, means decide
-    nothing.
+    nothing. Raise Unsupported for shares that differ over so few runs that no difference would be
+    beyond chance, and where no run has a value.
     """
     from scipy.stats import fisher_exact
 
     counts = np.array([(len(sample.rows), len(sample.undecided)) for sample in (first, second)])
     note = " and ".join(f"{without} of {of + without}" for of, without in counts)
-    return Value(float(fisher_exact(counts).pvalue), note=f"without a value: {note}")
+    chance, numbers = float(fisher_exact(counts).pvalue), counts.sum(axis=1)
+    least = float(fisher_exact(np.diag(numbers)).pvalue)  # all of one engine, none of the other
+    if not counts[:, 0].any() or (chance < 1.0 and least >= 1.0 - BY_CHANCE.absolute):
+        raise Unsupported(f"without a value: {note} runs, which decides nothing")
+    return Value(chance, note=f"without a value: {note}")
 
 
 # ---- the law by which a code runs a bulk job
