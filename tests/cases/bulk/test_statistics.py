@@ -75,7 +75,7 @@ def test_shares_that_chance_gives_in_one_case_of_a_hundred_are_not_the_same():
     assert share((12, 0), (4, 8)).value < 0.01 < share((12, 0), (8, 4)).value
     assert share((4, 0), (4, 0)).value == 1.0
     for lost in ((0, 4), (1, 3)):  # of four runs chance alone may lose all of one code
-        with pytest.raises(Unsupported, match="0 of 4 and . of 4 runs, which decides nothing"):
+        with pytest.raises(Unsupported, match=r"0 of 4 and . of 4 runs, which"):
             share((4, 0), lost)
     with pytest.raises(Unsupported, match="16 of 16 and 16 of 16"):
         share((0, 16), (0, 16))
