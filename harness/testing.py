@@ -12,6 +12,7 @@ from unittest import SkipTest
 
 import numpy as np
 
+from harness.cases.drop import FEWEST_DIGITS
 from harness.engines.base import Engine, Job, Output, Template, scene_job
 from harness.engines.registry import engine_class
 from harness.engines.scenes import FORCES, PARTS, motion_in, moved_bodies, unknown_parts
@@ -125,7 +126,9 @@ def reports_a_run_that_dies(engine: Engine, _: OpenEngine) -> None:
 
 def matches_the_reference(engine: Engine, _: OpenEngine) -> None:
     """Require the drops and oblique impacts of the reference at equal steps, by its own rules."""
-    limit, jobs = TOLERANCE + 10.0 ** (1 - engine.traits.digits), _jobs(engine)
+    digits = engine.traits.digits
+    _require(digits >= FEWEST_DIGITS, f"traits.digits of at least {FEWEST_DIGITS}", digits)
+    limit, jobs = TOLERANCE + 10.0 ** (1 - digits), _jobs(engine)
     for name, output in zip(jobs, _run(engine, [*jobs.values()]), strict=True):
         scene = SCENES[name]
         expected = reference.run(scene, engine.rules(scene))

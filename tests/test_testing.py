@@ -83,6 +83,7 @@ FAULTS = [
     (altered("Raising", lambda outs: 1 / (len(outs) - len(outs))), RETURNS, "ZeroDivisionError"),
     (fault("Gullible", run=swallowing), REPORTS, "3 outcomes, of them 1 errors of a line"),
     (altered("Contagious", all_or_none), REPORTS, "of them 3: "),
+    (fault("Rough", traits=replace(Twin.traits, digits=2)), MATCHES, "traits.digits of at least 6"),
     (changed("Light", change_scene=lighter), MATCHES, "in the reference's drop, .*, found"),
     (changed("Sparse", change_motion=lost), MATCHES, "left 40 samples, not 41"),
     (changed("Blank", change_motion=without_places), MATCHES, "not finite"),

@@ -391,7 +391,7 @@ def _path_check(trial: Trial, digits: int) -> Check:
     sizes = np.array([case.step / EPSILON**0.5, length, length, speed, speed])
     # a step rounds a place by half a unit at most, an output from the edge of a box once
     rounding = 0.5 * case.steps * EPSILON * (case.diameter / length)
-    resolution = 20.0 * 10.0 ** (1 - digits) * (case.diameter / length)
+    resolution = 1.25 * 10.0 ** (1 - digits) * (case.diameter / length)
     reason = "round-off of places over the largest overlap, and the digits of the output"
 
     def difference(bench: Bench) -> float:

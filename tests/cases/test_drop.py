@@ -120,6 +120,14 @@ def test_spoiled_runs_fail_every_row(change):
     assert [row.verdict for row in verify(Twin(change_motion=change))] == 26 * [Verdict.FAIL]
 
 
+def test_a_path_is_held_to_what_few_digits_resolve():
+    def off(_, motion):
+        return replace(motion, velocity=1.002 * motion.velocity)
+
+    failing = [row for row in verify(FewDigits(same, off)) if row.verdict is Verdict.FAIL]
+    assert sum(row.quantity == PATH for row in failing) > 10
+
+
 def test_digits_that_do_not_show_a_contact_are_named_as_the_reason():
     assert {row.verdict for row in verify(FewDigits())} == {Verdict.PASS}
     engine = FewDigits()
