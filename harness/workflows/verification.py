@@ -219,7 +219,7 @@ class Session:
         for name in names:
             try:
                 engine = stack.enter_context(open_engine(name))
-                version = engine.identify().engine_version
+                version = engine.identify().engine_version or "unknown"
             except EngineMissingError as error:
                 self.versions[name] = ""
                 self._skip(name, str(error))

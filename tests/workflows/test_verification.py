@@ -1,5 +1,7 @@
 """Verify: engines alike, whatever fails is a row, and the exit status says which."""
 
+from dataclasses import replace
+
 import pytest
 
 from harness.cases.base import Check
@@ -79,6 +81,16 @@ def test_an_engine_of_few_digits_is_named_as_one():
     run = verified("rough")
     assert run.headline == "All verdicts hold; rough is held to its 7 digits"
     assert verdicts(run, engine="rough", case="engine") == ["finding"]
+
+
+def test_an_engine_without_a_version_is_no_missing_one(monkeypatch):
+    identify = doubles.Good.identify
+    monkeypatch.setattr(
+        doubles.Good, "identify", lambda self: replace(identify(self), engine_version="")
+    )
+    run = verified("good")
+    assert (run.status, run.meta.engines["good"]) == (0, "unknown")
+    assert "could not be run" not in run.headline
 
 
 def test_an_engine_that_is_missing_has_its_reason_under_any_pattern():
