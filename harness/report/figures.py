@@ -137,6 +137,7 @@ def legend_below(figure: mpl_figure.Figure, columns: int = 2) -> None:
 
 # ---- files of figures, the same bytes for the same content
 
+LONG_LINE = 1000  # characters, of which most are of places
 REPLACEMENTS = (  # parts of matplotlib's SVG that a browser does not need
     (r"<\?xml.*?\?>|<!DOCTYPE.*?>|<metadata>.*?</metadata>|<!--.*?-->", ""),
     (r"font-family: [^;\"]*(?:; ?)?", ""),
@@ -186,8 +187,18 @@ def _compact(svg: str) -> str:
 
 
 def _with_short_numbers(tag: str) -> str:
+    if len(tag) > LONG_LINE and not re.search(r' d="[^"]*[CQ]', tag):
+        tag = re.sub(r"M ([-\d. \nL]+)", _by_steps, tag)
     tag = re.sub(r"(-?\d+\.\d\d)\d+", r"\1", tag)  # 1/7200 inch
     return re.sub(r"(\d)\.0+(?!\d)", r"\1", tag)
+
+
+def _by_steps(line: re.Match[str]) -> str:
+    """Return a long line in tenths of a point, each place by its step from the one before."""
+    tenths = [round(10.0 * float(word)) for word in line[1].replace("L", " ").split()]
+    steps = (end - start for start, end in zip(tenths, tenths[2:], strict=False))
+    numbers = " ".join(f"{step / 10.0:g}" for step in steps)
+    return f"M{tenths[0] / 10.0:g} {tenths[1] / 10.0:g}l{numbers}"
 
 
 # ---- films: GIF by pillow, MP4 by ffmpeg where it is on the path, PNG for one picture
