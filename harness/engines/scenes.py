@@ -9,7 +9,7 @@ import inspect
 import json
 import math
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -229,7 +229,7 @@ def check_omitted_pairs(title: str, scene: Scene, motion: Motion) -> None:
 
 
 def check_scene(scene: Scene) -> None:
-    """Raise Unsupported for a scene with more than spheres, horizontal planes and one law."""
+    """Raise Unsupported for a scene with more than spheres, planes across an axis and one law."""
     law, length, bodies, walls = scene.law, scene.period[0], scene.bodies, scene.walls
     places = [body.position[0] for body in bodies]
     refuse_any(
@@ -245,7 +245,7 @@ def check_scene(scene: Scene) -> None:
         (law.heat != "none", "conducts no heat here"),
         (not all(_stays_on_axes(scene, body) for body in bodies), "moves bodies along all axes"),
         (not all(_is_solid(body) for body in bodies), "has solid spheres, I = 2/5 m r^2"),
-        (not all(_is_still_floor(wall) for wall in walls), "has horizontal planes at rest"),
+        (not all(_is_still_plane(wall) for wall in walls), "has planes at rest across an axis"),
         (any(wall.bodies is not None for wall in walls), "has walls that act on all bodies"),
     )
 
@@ -307,9 +307,9 @@ def _is_solid(body: Body) -> bool:
     return math.isclose(body.moment_of_inertia, solid, rel_tol=1e-14)
 
 
-def _is_still_floor(wall: Wall) -> bool:
+def _is_still_plane(wall: Wall) -> bool:
     still = wall.velocity == wall.amplitude == wall.surface_velocity == ZERO
-    return bool(wall.shape == "plane" and wall.direction[:2] == (0.0, 0.0) and still)
+    return bool(wall.shape == "plane" and wall.direction.count(0.0) == 2 and still)
 
 
 # ---- contacts of a scene
@@ -332,8 +332,14 @@ def kind(body: Body) -> tuple[float, float, str]:
 
 
 def nearest_body(scene: Scene, wall: Wall) -> Body:
-    """Return the body that is nearest to a horizontal wall at the start."""
-    return min(scene.bodies, key=lambda b: abs(b.position[2] - wall.point[2]) - b.radius)
+    """Return the body that is nearest to a plane across an axis at the start."""
+    axis = normal_axis(wall.direction)
+    return min(scene.bodies, key=lambda b: abs(b.position[axis] - wall.point[axis]) - b.radius)
+
+
+def normal_axis(direction: Sequence[float]) -> int:
+    """Return the axis, 0 to 2, along which the normal of a plane points most."""
+    return max(range(3), key=lambda axis: abs(direction[axis]))
 
 
 def contact_mass(scene: Scene, first: Body, second: Body | None) -> float:

@@ -131,6 +131,9 @@ class Faults(Parameters):
         "changes hands by sorting or between processors (LAMMPS)")
     springs_lost_in_setup: bool = Field(
         False, description="[-] a later setup forgets tangential springs (LAMMPS, old restarts)")
+    parted_springs_kept: bool = Field(
+        False, description="[-] two spheres that part and touch again have the springs of their "
+        "last contact (LIGGGHTS, Kratos: until the next list of neighbours)")
     rolling_by_rate: bool = Field(
         False, description="[-] the constant torque of rolling is mu_r R* |F_n| w, w in rad/s "
         "(Yade, ViscoelasticPM.cpp: normalized() changes nothing)")

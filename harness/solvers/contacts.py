@@ -193,7 +193,7 @@ def _warm(system: System) -> None:
 @inlined
 def _is_far(state: Floats, bodies: Records, contact: Records, rules: Records) -> bool:
     """Return whether two bodies are too far to touch, as most are."""
-    if contact.second < 0 or contact.radius > 0.0:
+    if contact.second < 0 or contact.radius > 0.0 or rules.parted_springs_kept:
         return False
     i, j, square = contact.first, contact.second, 0.0
     reach = 1.000001 * (bodies[i].radius + bodies[j].radius)
@@ -215,11 +215,18 @@ def _touch(system: System, c: int, h: float, time: float) -> None:
     if not _is_apart(system, c, touch, radius):
         _add_contact(system, c, touch, radius, h)
     elif contact.radius > 0.0:
+        if contact.second >= 0 and system.rules.parted_springs_kept:
+            law = system.laws[contact.law]
+            elastic, _, _ = _elastic(law, radius, contact.radius**2 / radius)  # of the last step
+            friction.keep_spring(contact, law, system.rules, elastic)
+        else:
+            for k in range(3):
+                store(contact.springs[k], ZERO)
         contact.radius = contact.largest = contact.slope = 0.0
-        for k in range(3):
-            store(contact.springs[k], ZERO)
         for k in range(2):
             mdr.clear(system.sides[c, k])
+    elif system.rules.parted_springs_kept:
+        store(contact.normal, touch.normal)
 
 
 @kernel

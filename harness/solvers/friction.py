@@ -139,7 +139,7 @@ def tangential_force(
         return ZERO
     n, a = touch.normal, press.a
     k = law.shear * (a if law.shear_by_radius and not law.keeps_force else 1.0)
-    q, last, before = vector(contact.springs[0]), _last_normal(contact, n), contact.radius
+    q, last, before = vector(contact.springs[0]), _last_normal(contact, rules, n), contact.radius
     if law.rescaled and h > 0.0:
         if rules.rescaled_from == BY_DISPLACEMENT:
             before = math.sqrt(press.radius * max(touch.overlap + slip.along, 0.0))
@@ -158,6 +158,14 @@ def tangential_force(
     if h > 0.0 or not rules.forgets_setup:
         store(contact.springs[0], spring)
     return force
+
+
+@kernel
+def keep_spring(contact: Records, law: Records, rules: Records, elastic: float) -> None:
+    """Keep the spring of two spheres that part; Kratos keeps the normal force [N] with it."""
+    if rules.spring_frame == FINITE_ROTATION and law.shear > 0.0:
+        normal = scale(elastic / law.shear, vector(contact.normal))
+        store(contact.springs[0], minus(vector(contact.springs[0]), normal))
 
 
 @kernel
@@ -217,8 +225,8 @@ def _torsion(
     slider: tuple[float, float, float],
 ) -> Vector:  # fmt: skip
     """Return the force of a slider of a kind, by its stiffness, dashpot and limit."""
-    k, eta, cap = slider
-    q, last, frame = vector(contact.springs[kind]), _last_normal(contact, n), rules.torsion_frame
+    (k, eta, cap), frame = slider, rules.torsion_frame
+    q, last = vector(contact.springs[kind]), _last_normal(contact, rules, n)
     if frame == STAYS_TURNED and kind == TWISTING:
         q = scale(math.copysign(size(q), dot(q, n)), n)
     elif frame == STAYS_TURNED:
@@ -271,10 +279,12 @@ def _carry(q: Vector, frame: int, n: Vector, last: Vector, twist: float) -> Vect
     if frame == FINITE_ROTATION:  # Rodrigues, of the angle between the normals
         axis, cosine = cross(last, n), dot(last, n)
         along = scale(dot(axis, q) / (1.0 + cosine), axis)
-        return add(add(scale(cosine, q), cross(axis, q)), along)
+        return project(add(add(scale(cosine, q), cross(axis, q)), along), n)
     return q
 
 
 @kernel
-def _last_normal(contact: Records, n: Vector) -> Vector:
-    return vector(contact.normal) if contact.radius > 0.0 else n
+def _last_normal(contact: Records, rules: Records, n: Vector) -> Vector:
+    last = vector(contact.normal)
+    kept = rules.parted_springs_kept and dot(last, last) > 0.0
+    return last if kept or contact.radius > 0.0 else n

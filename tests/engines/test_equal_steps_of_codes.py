@@ -124,6 +124,15 @@ def stacked(law):
                  step=5e-6, steps=200, every=10)  # fmt: skip
 
 
+def cornered(law):
+    """Return a sphere that runs into a corner: three walls at a time, across each axis."""
+    first = sphere(R, RHO, position=(1.01 * R, 0.99 * R, 1.005 * R), velocity=(-0.3, 0.2, -0.25),
+                   angular_velocity=(3.0, -2.0, 5.0))  # fmt: skip
+    walls = (*FLOOR, Wall(direction=(1.0, 0.0, 0.0)),
+             Wall(point=(0.0, 2.0 * R, 0.0), direction=(0.0, -1.0, 0.0)))  # fmt: skip
+    return Scene(bodies=(first,), walls=walls, law=law, step=2e-6, steps=400, every=20)
+
+
 def twisted(law, partner="wall"):
     """Return a sphere that spins about the vertical on a floor or a frozen sphere."""
     scene = resting(law, 2e-3, 200, spin=(0.0, 0.0, 5.0), every=10)
@@ -141,6 +150,7 @@ SYSTEMS = {
     "size ratio 10": lambda law: struck_pair(law, 0.1),
     "frozen sphere": lambda law: struck_pair(law, 1.4, "frozen"),
     "stacked": stacked,
+    "in a corner": cornered,
     "slides on a floor": lambda law: resting(law, 4e-3, 400, **ASIDE),
     "rolls down": lambda law: resting(law, 4e-3, 400, gravity=(2.0, 1.0, -9.0), every=10),
     "set up again": lambda law: resting(law, 4e-3, 400, setups=(100, 233), **STICKS),

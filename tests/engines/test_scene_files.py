@@ -193,7 +193,7 @@ def test_scene_that_no_code_states(code):
         with pytest.raises(Unsupported, match=reason):
             CODES[code].rules(scene)
     for wall in WALLS.values():
-        with pytest.raises(Unsupported, match="horizontal planes at rest"):
+        with pytest.raises(Unsupported, match="planes at rest across an axis"):
             CODES[code].rules(PLAIN.replace(walls=(wall,)))
 
 

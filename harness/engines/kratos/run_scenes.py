@@ -118,14 +118,17 @@ class Simulation:
         return node
 
     def add_wall(self, k: int) -> None:
-        """Add a horizontal wall: a face of four corners."""
-        part, far, height = self.parts[2], self.code["room"], self.scene["walls"][k]["point"][2]
+        """Add a wall across an axis: a face of four corners."""
+        part, far, wall = self.parts[2], self.code["room"], self.scene["walls"][k]
+        axis = max(range(3), key=lambda i: abs(wall["direction"][i]))
         material = self.material(FIRST_WALL + k, self.code["wall_young"][k])
         material[self.variable("COMPUTE_WEAR")] = False
         first = FIRST_WALL + 10 * k
         corners = [(-far, -far), (far, -far), (far, far), (-far, far)]
-        for place, (x, y) in enumerate(corners):
-            part.CreateNewNode(first + place, x, y, height)
+        for number, corner in enumerate(corners):
+            place = list(corner)
+            place.insert(axis, wall["point"][axis])
+            part.CreateNewNode(first + number, *place)
         part.CreateNewCondition("RigidFace3D4N", first, [first + i for i in range(4)], material)
 
     def make_strategy(self) -> Any:

@@ -31,6 +31,7 @@ from harness.engines.scenes import (
     damping_of,
     kind,
     motion_of_table,
+    normal_axis,
     partners,
     room,
 )
@@ -38,7 +39,7 @@ from harness.engines.scripts import Task, rendered
 from harness.errors import EngineMissingError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.law import Law
-from harness.model.scene import LOOK, Body, Motion, Scene, effective_radius
+from harness.model.scene import LOOK, Body, Motion, Scene, Wall, effective_radius
 
 MODEL = "hooke/stiffness"  # the one normal model whose spring and dashpot can be given
 TEMPLATES = Path(__file__).with_name("templates")
@@ -186,7 +187,8 @@ def script(scene: Scene) -> str:
             "youngsModulus": law.youngs_modulus or 1e7,
             "poissonsRatio": law.poisson_ratio or 0.0,
         },
-        "skin": 0.5 * min(body.radius for body in scene.bodies),
+        # without a period one list of all pairs: what it keeps of a pair must not hang on its age
+        "skin": room(scene) if boundary == "f f f" else 0.5 * min(b.radius for b in scene.bodies),
         "groups": groups,
         "weight": math.hypot(*scene.gravity),
         "runs": [*runs_of(scene)],
@@ -194,6 +196,7 @@ def script(scene: Scene) -> str:
         "stages": STAGES,
         "look": LOOK,
         "text": _text,
+        "plane": _plane,
         "zip": zip,
     }
     return rendered([TEMPLATES], "scene.in.j2", values)
@@ -209,6 +212,11 @@ def _box(scene: Scene) -> tuple[str, str]:
     across = [body.position[1] for body in scene.bodies]
     ends = (first, first + length, min(across) - 2.0 * largest, max(across) + 4.0 * largest)
     return "p s f", _text(*ends, -2.0 * largest, 2.0 * largest)
+
+
+def _plane(wall: Wall) -> str:
+    axis = normal_axis(wall.direction)
+    return f"{'xyz'[axis]}plane {_text(wall.point[axis])}"
 
 
 def _text(*values: float) -> str:

@@ -75,14 +75,16 @@ class Simulation:
         return sphere
 
     def add_wall(self, wall: dict[str, Any], material: Any) -> None:
-        """Add a horizontal wall: a box where springs turn, which Yade's walls do not."""
-        yade, height = self.yade, wall["point"][2]
+        """Add a wall across an axis: a box where springs turn, which Yade's walls do not."""
+        yade, normal = self.yade, wall["direction"]
+        axis = max(range(3), key=lambda k: abs(normal[k]))
+        place = wall["point"][axis]
         if not self.turns:
-            yade.O.bodies.append(yade.utils.wall(height, axis=2, material=material))
+            yade.O.bodies.append(yade.utils.wall(place, axis=axis, material=material))
             return
         deep = self.scene["bodies"][0]["radius"]
-        middle = yade.Vector3(0, 0, height - deep * wall["direction"][2])
-        size = (FAR * deep, FAR * deep, deep)
+        middle, size = [0.0] * 3, [FAR * deep] * 3
+        middle[axis], size[axis] = place - deep * normal[axis], deep
         yade.O.bodies.append(yade.utils.box(middle, size, material=material, fixed=True))
 
     def engines(self, physics: Any, law: Any) -> list[Any]:

@@ -180,6 +180,17 @@ def test_linear_dashpot_of_a_restitution_acts_where_bodies_just_touch():
     assert motion.force[0, 0, 2] == pytest.approx(law.dashpot(MASS, R, 0.0), rel=1e-12)
 
 
+AGAIN = ((5, (10.0, 0.0, 0.0), STILL), (2, (0.0, 0.0, 20.0), STILL), (10, (0.0, 20.0, 0.0), STILL),
+         (2, (0.0, 0.0, -20.0), STILL))  # fmt: skip
+
+
+def touched_again():
+    """Return a sphere that is led along another, lifted off, and put back aside."""
+    law = LINEAR.replace(friction=1e3, tangential_damping=0.0, damping="none",
+                         damping_coefficient=None)  # fmt: skip
+    return guided(law, *AGAIN, partner="sphere", overlap=2e-5)
+
+
 FAULTS = {  # field: (value, scene, least difference)
     "tsuji_effective_mass": (True, lambda: impact(TSUJI, DOWN), 1e-2),
     "marshall_without_radius": (
@@ -198,6 +209,7 @@ FAULTS = {  # field: (value, scene, least difference)
     "springs_lost_in_setup": (
         True, lambda: slanted(MINDLIN, partner="sphere").replace(setups=(60,)), 1e-3),
     "wall_at_rest_in_setup": (True, taken_along, 1e-5),
+    "parted_springs_kept": (True, touched_again, 1e-2),
     "rolling_by_rate": (True, lambda: slanted(LINEAR.replace(**TORQUE)), 1e-2),
     "forgets_setup": (True, lambda: rolled(1), 1e-5),
     "tsuji_again_in_setup": (True, lambda: impact(TSUJI, DOWN).replace(setups=(50,)), 1e-2),
@@ -232,6 +244,19 @@ def test_known_defect(field):
     if field in ("tangential_radius", "cap_without_radius"):  # of walls alone it leaves pairs
         pair, faults = slanted(CLASSIC, partner="sphere"), Faults(**{field: "walls"})
         assert difference(reference.run(pair), reference.run(pair, None, faults)) == 0.0
+
+
+@pytest.mark.parametrize("frame", ["projected", "finite_rotation"])
+def test_a_contact_begins_with_the_spring_of_the_last_one_or_its_whole_force(frame):
+    scene, rules = touched_again(), Rules(spring_frame=frame)
+    motion = reference.run(scene, rules, Faults(parted_springs_kept=True))
+    kept = motion.force[-1, 0] - reference.run(scene, rules).force[-1, 0]
+    arms = motion.position[[5, -1], 0] + [0.0, 0.0, R]
+    before, now = arms / np.linalg.norm(arms, axis=1)[:, None]
+    force = motion.force[5, 0]
+    stored = force if frame == "finite_rotation" else force - (force @ before) * before
+    assert kept == pytest.approx(stored - (stored @ now) * now, abs=1e-4 * np.linalg.norm(force))
+    assert np.linalg.norm(kept) > 0.1 * np.linalg.norm(force)
 
 
 def test_short_neck_of_jkr_has_eight_ninths_of_the_tension():
