@@ -28,16 +28,17 @@ MATRIX = (
 )
 BY_LAWS = (
     "Quantities within the tolerance, and the worst of them in parts of its scale; those beyond "
-    "are known defects or failures, by the rows of the setup. An empty cell: the code does not "
-    "have the law."
+    "are known defects or failures, by the rows of the setup. Rows without a value are not "
+    "counted. An empty cell: the code does not have the law."
 )
 CONVENTIONS = (
     "Where codes follow one law and differ: the value of a convention, its formula with the codes "
     "that have it, and the quantity that it moves most, in parts of its scale, by the reference "
     "with and without it. The formula ends in the size: h and h^2 of first and second order in the "
-    "step, d/r of the overlap over the radius, 1 as large as the quantity. What moves no quantity "
-    "of these cases is left out. Sources: the manuals and public sources of the codes; a scene for "
-    "each in tests/solvers/reference."
+    "step, d/r of the overlap over the radius, 1 as large as the quantity. A slip of d/r adds up "
+    "as two spheres turn about one another. What moves no quantity of these cases by more than "
+    f"{ROUND_OFF:g} of its scale is left out. Sources: the manuals and public sources of the "
+    "codes; a scene for each in tests/solvers/reference."
 )
 
 
@@ -142,7 +143,7 @@ def conventions(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame
                 field = Rules.model_fields[name]
                 size, quantity = trial.moved(rules, rules.replace(**{name: field.default}))
                 key = (name, code, str(value))
-                if size > largest.get(key, (0.0, ""))[0]:
+                if size > largest.get(key, (ROUND_OFF, ""))[0]:
                     largest[key] = size, f"{quantity} of {trial.case.name}, {trial.setup}"
     rows = [
         {
