@@ -31,7 +31,7 @@ from harness.theory.incline import FRICTIONLESS, Grain, Shape
 if TYPE_CHECKING:
     import pandas as pd
 
-ONE_SHOCK = 0.2  # restitution up to which rebounds within a well hardly move the angle
+ONE_SHOCK = 0.2  # restitution up to which rebounds within a well move the angle by < 0.05 deg
 PASSAGES = 0.4  # restitution up to which a passage is measured, where hops end within the well
 PLACES = 400  # within a step at which a contact is taken to begin
 FINE_STEPS = 1000.0  # per contact time, above which a restitution is the closed form's to 0.2 %
