@@ -156,11 +156,11 @@ class _Pages:
     def _add_markdown(self, name: str) -> None:
         address, source = _page_of(name), self.root / name
         text, finished = source.read_text("utf-8"), source.with_suffix(".html")
-        if finished.is_file():  # a report has its own page
-            title, self.files[address] = document(text).title, finished
+        rendered = document(text, lambda link: self._address(name, link))
+        title = rendered.title or source.stem
+        if finished.is_file():  # a report has its own page, with the same links
+            self.files[address] = finished
         else:
-            rendered = document(text, lambda link: self._address(name, link))
-            title = rendered.title or source.stem
             self.add(address, title, rendered.body)
         if name.startswith("reports/"):
             self.reports.append((title, address, posixpath.dirname(address)))

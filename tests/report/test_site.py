@@ -31,8 +31,10 @@ FILES = {
     'cause = "walls have no friction"\nupstream = "not reported"\n'
     'script = "reports/defects/no-friction/in.toy"\n',
     "reports/README.md": "# Reports\n\n[example](example/report.md)\n",
-    "reports/example/report.md": "# Not rendered\n",
-    "reports/example/report.html": "<!doctype html><title>made by verify</title>",
+    "reports/example/report.md": "# Not rendered\n\n![a figure](figures/angle.svg)\n",
+    "reports/example/report.html": "<!doctype html><title>made by verify</title>"
+    "<a href='figures/angle.svg'>angle</a>",
+    "reports/example/figures/angle.svg": "<svg xmlns='http://www.w3.org/2000/svg'/>",
     "reports/defects/no-friction/in.toy": "run <0>\n",
     "reports/runs/mine/report.md": "# Of this machine\n",
 }
@@ -65,7 +67,9 @@ def test_every_link_of_every_page_leads_to_a_file_and_an_id_of_the_site(built):
             assert parts.scheme or target.is_file(), f"{address}: {parts}"
             assert not parts.fragment or parts.fragment in Page(target.read_text()).values("id")
     assert built.unlinked == [("README.md", "none.md"), ("docs/case.md", "../../outside.md")]
-    assert "made by verify" in (built.folder / "reports/example/report.html").read_text()
+    example = built.folder / "reports/example"
+    assert "made by verify" in (example / "report.html").read_text()
+    assert (example / "figures/angle.svg").is_file()
     assert not (built.folder / "reports/runs").exists()
 
 
