@@ -5,10 +5,9 @@
 #     python touch.py      with KratosMultiphysics and KratosDEMApplication
 #     python touch.py 1    with a new search for neighbours each step, not each 50 (the default)
 #
-# Expected -0.006 N, that part of the normal force: the second contact is a new one. Found -1.595 N with
-# Kratos 10.4.4, with the force of the first; as expected with a new search each step. Cause:
-# spheric_particle.cpp, ComputeBallToBallContactForceAndMoment leaves mNeighbourElasticContactForces as
-# it is where two neighbours do not touch, until the next search.
+# Expected -0.006 N, a part of the normal force: the second contact is a new one. Found -1.595 N with
+# Kratos 10.4.4, the force of the first; -0.006 N with a new search each step. Cause: spheric_particle.cpp,
+# ComputeBallToBallContactForceAndMoment leaves mNeighbourElasticContactForces until the next search.
 import sys, KratosMultiphysics as core, KratosMultiphysics.DEMApplication as dem
 get, kinds = lambda name: core.KratosGlobals.GetVariable(name), ("DoubleVariable", "IntegerVariable", "Array1DVariable3", "DoubleQuaternionVariable")
 every = [v for m in (core, dem) for v in vars(m).values() if type(v).__name__ in kinds]
