@@ -273,6 +273,9 @@ def test_nan_of_an_undamped_old_wall_is_that_known_defect(lmp):
     record, motion = outcome(askew(wall, set=["set group all diameter 0.02 density 2500",
                                               "set type 1 vz -0.5"]), lmp)  # fmt: skip
     assert {record.defect, motion.defect} == {"old-wall-without-damping"}
+    test = askew(wall, set=["set group all diameter 0.02 density 2500", "set type 1 vz -0.5"])
+    older = run_upstream([test], {"2022.6.23.4.0": lmp})  # which does not divide
+    assert set(older.rows["verdict"]) == {"fail"}
 
 
 @pytest.mark.parametrize(
