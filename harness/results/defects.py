@@ -113,10 +113,11 @@ class KnownDefect(Parameters):
             and _pattern(self.cases).match(row.case) is not None
             and _setup_pattern(self.laws, self.systems).match(row.setup) is not None
             and _pattern(checks).match(row.check) is not None
-            and self._has_release(row.version)
+            and self.has_release(row.version)
         )
 
-    def _has_release(self, version: str) -> bool:
+    def has_release(self, version: str) -> bool:
+        """Return whether a version is of the releases that are known to have it."""
         release, last = release_of(version), release_of(self.until)
         if last and not release:
             return False  # a version without numbers is not known to have it

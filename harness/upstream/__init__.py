@@ -307,7 +307,7 @@ def _against_reference(test: UpstreamTest, run: RunOutput, blank: Row) -> Row:
     speeds = _largest(*(errors[name][test.judged_segment] for name in SPEEDS))
     hidden = "upstream's tolerance hides it" if speeds <= test.tolerance else ""
     note = joined(place_of(errors), f"velocities off by {speeds:.2g}", hidden)
-    defect = known_defects_of(reading, run.states)
+    defect = known_defects_of(reading, run.states, row.version)
     row = replace(row, note=note)
     if defect:
         return _with_defect(row, defect)
@@ -433,15 +433,20 @@ SHOWN_BY: Mapping[str, tuple[str, str, str]] = {
 }  # by known defect: the part of a law, the submodels, and the contacts that can show it
 
 
-def known_defects_of(reading: Reading, states: Sequence[State]) -> str:
-    """Return the known defects of LAMMPS that together give a motion, by name, or nothing."""
+def known_defects_of(reading: Reading, states: Sequence[State], release: str = "") -> str:
+    """Return the known defects of a release that together give a motion, by name, or nothing.
+
+    Of a release without a date they are those of all.
+    """
 
     def holds(motions: Mapping[Scene, Motion]) -> bool:
         (motion,) = motions.values()
         errors = scaled_errors(reading, motion, states)
         return _largest(*errors.values()) <= EQUAL_STEPS
 
-    trial, candidates = Trial({reading.scene: reading.rules}, holds), _candidates(reading.scene)
+    trial = Trial({reading.scene: reading.rules}, holds)
+    is_dated = bool(release_of(release))
+    candidates = [d for d in _candidates(reading.scene) if not is_dated or d.has_release(release)]
     for number in range(1, MOST_SWITCHES + 1):
         for group in combinations(candidates, number):
             unknowns: dict[str, Any] = {

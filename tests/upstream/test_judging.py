@@ -126,6 +126,8 @@ def test_a_wrong_law_is_the_known_defect_or_fails(lmp, monkeypatch):
     _, motion = outcome(named(askew(pair_coeff=TSUJI), tolerance=0.2), lmp)
     assert (motion.verdict, motion.defect) == ("known defect", "tsuji-restitution")
     assert "hides" in motion.note
+    mended = run_upstream([askew(pair_coeff=TSUJI)], {"2027.1.1.0.0": lmp})  # a later release
+    assert rows_by_key(mended)["askew", MOTION, "newton off"].verdict == "fail"
     monkeypatch.setattr(judging, "SHOWN_BY", {})
     run = run_upstream([askew(pair_coeff=TSUJI)], {"here": lmp})
     motion = rows_by_key(run)["askew", MOTION, "newton off"]
