@@ -28,6 +28,7 @@ Covers = Callable[[pd.DataFrame], Mask]  # which rows, by key and level, a run w
 ROUND_OFF = 1e-12  # relative change that counts as rounding: some thousand units in the last place
 RANKS = {Verdict.FAIL: 0, Verdict.KNOWN_DEFECT: 1, Verdict.NOT_TESTED: 1}
 BEST_RANK = 2  # of all other verdicts
+WIDEST = 2.0  # of the first tolerance: one that rests on the scatter of a run varies
 
 
 class Change(StrEnum):
@@ -35,7 +36,7 @@ class Change(StrEnum):
 
     WORSE = "worse"  # in its verdict, or it is missing although it was requested
     OTHER_INPUT = "other input"  # the engine was given another script, value or scene
-    MOVED = "moved"  # by more than its tolerance, the narrower of both
+    MOVED = "moved"  # by more than its tolerance, or twice the first one
     BETTER = "better"
     NEW = "new"
     WITHIN = "within tolerance"
@@ -75,7 +76,7 @@ def compare(
         indicator="_side",
     )
     both["moved_by"] = both["value_after"] - both["value_before"]
-    both["in_tolerances"] = _ratio(both["moved_by"], _narrower_tolerance(both))
+    both["in_tolerances"] = _ratio(both["moved_by"], _tolerance(both))
     spread = (both["uncertainty_before"] ** 2 + both["uncertainty_after"] ** 2) ** 0.5
     both["in_uncertainties"] = _ratio(both["moved_by"], spread)
     both["change"] = _changes(both, covers_before, covers_after)
@@ -161,17 +162,17 @@ def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.ob
         (ranks[1] > ranks[0], Change.BETTER),
         ((old == new) | (np.isnan(old) & np.isnan(new)), Change.SAME),
         (distance <= ROUND_OFF * np.abs(old), Change.ROUND_OFF),
-        (distance <= _narrower_tolerance(both).to_numpy(float), Change.WITHIN),
+        (distance <= _tolerance(both).to_numpy(float), Change.WITHIN),
     ]
     masks = [np.asarray(mask, bool) for mask, _ in conditions]
     names = [np.array(str(change), dtype=object) for _, change in conditions]
     return np.select(masks, names, np.array(str(Change.MOVED), dtype=object))
 
 
-def _narrower_tolerance(both: pd.DataFrame) -> pd.Series[float]:
-    """Return the smaller tolerance of both sides: a wider one hides no move. NaN without one."""
-    before, after = both["tolerance_before"], both["tolerance_after"]
-    return after.where(~(before < after), before)
+def _tolerance(both: pd.DataFrame) -> pd.Series[float]:
+    """Return the second tolerance, at most twice the first: a wider one hides no move."""
+    most, after = WIDEST * both["tolerance_before"], both["tolerance_after"]
+    return after.where(~(most < after), most)
 
 
 def _side(both: pd.DataFrame, side: str) -> pd.DataFrame:
