@@ -176,8 +176,9 @@ class CurvedWall(Resting):
     }  # fmt: skip
 
     # fmt: off
-    wall: Literal["bowl", "cylinder", "hill", "rim"] = Field(
-        "bowl", description="[-] a bowl, a lying cylinder around the sphere, a hill, or an edge")
+    wall: Literal["bowl", "cylinder", "upright", "hill", "rim"] = Field(
+        "bowl", description="[-] a bowl, a lying cylinder around the sphere, one along z in which "
+        "gravity acts along y, a hill, or an edge")
     wall_radius: Radius = Field(0.02, description="[m] of the wall; a rim has none")
     angle: float = Field(
         30.0, ge=1e-3, le=60.0, description="[deg] of the sphere, at the start, from the vertical")
@@ -189,7 +190,7 @@ class CurvedWall(Resting):
             self.check_range("wall_radius", 1.1 * self.radius, 1e3, "to be around the sphere")
         if self.wall == "rim" and self.normal != "hooke":
             raise self.invalid("normal", "must be hooke on a rim")
-        on_hertz = self.wall == "cylinder" and self.normal == "hertz"
+        on_hertz = self.is_cylinder and self.normal == "hertz"
         if on_hertz and self.damping in ("coeff_restitution", "viscoelastic"):
             raise self.invalid("damping", "must be without the radius of the contact in a cylinder")
         super().check()
@@ -197,7 +198,12 @@ class CurvedWall(Resting):
     @property
     def is_hollow(self) -> bool:
         """Return whether the sphere is within the wall."""
-        return self.wall in ("bowl", "cylinder")
+        return self.wall == "bowl" or self.is_cylinder
+
+    @property
+    def is_cylinder(self) -> bool:
+        """Return whether the sphere is within a cylinder."""
+        return self.wall in ("cylinder", "upright")
 
     @property
     def pull(self) -> Vector:
@@ -217,7 +223,7 @@ class CurvedWall(Resting):
         """Return R* [m] of the mean curvature; on an edge that of the sphere, as at a plane."""
         if self.wall == "rim":
             return self.radius
-        other = self.curvature_radius * (2.0 if self.wall == "cylinder" else 1.0)
+        other = self.curvature_radius * (2.0 if self.is_cylinder else 1.0)
         return self.radius * other / (self.radius + other)
 
     def scene(self) -> Scene:
@@ -226,24 +232,32 @@ class CurvedWall(Resting):
         angle = math.radians(self.angle)
         distance = self.radius + self.curvature_radius - self.overlap_at_rest
         place = (abs(distance) * math.sin(angle), 0.0, distance * math.cos(angle))
-        lies = self.wall in ("cylinder", "rim")
+        is_round = self.wall in ("bowl", "hill")
         wall = Wall(
-            shape="cylinder" if lies else "sphere",
-            direction=(0.0, 1.0, 0.0) if lies else (0.0, 0.0, 1.0),
+            shape="sphere" if is_round else "cylinder",
+            direction=self._placed((0.0, 0.0, 1.0) if is_round else (0.0, 1.0, 0.0)),
             radius=abs(self.curvature_radius),
             hollow=self.is_hollow,
         )
-        body = flat.bodies[0].replace(position=place)
-        return flat.replace(bodies=(body,), walls=(wall,), gravity=(0.0, 0.0, -self.gravity))
+        body = flat.bodies[0].replace(position=self._placed(place))
+        gravity = self._placed((0.0, 0.0, -self.gravity))
+        return flat.replace(bodies=(body,), walls=(wall,), gravity=gravity)
+
+    def _placed(self, vector: Vector) -> Vector:
+        """Return a vector of a lying wall, turned about x where the cylinder is upright."""
+        x, y, z = vector
+        return (x, -z, y) if self.wall == "upright" else vector
 
     def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return angles, velocities over those of a plane as steep, and the overlap."""
-        x, z = motion.position[:, 0, 0], motion.position[:, 0, 2]
+        x, z, spin = motion.position[:, 0, 0], motion.position[:, 0, 2], 1
+        if self.wall == "upright":
+            z, spin = -motion.position[:, 0, 1], 2
         sign = -1.0 if self.is_hollow else 1.0
         angle = np.arctan2(x, sign * z) / math.radians(self.angle)
         gained = self.pull[0] * float(motion.time[-1])
         overlap = self.radius + self.curvature_radius - sign * np.hypot(x, z)
-        rim = self.radius * float(motion.angular_velocity[-1, 0, 1])
+        rim = self.radius * float(motion.angular_velocity[-1, 0, spin])
         return {
             "angle_ratio": float(angle[-1]),
             "halfway_angle_ratio": float(angle[len(angle) // 2]),
