@@ -9,6 +9,8 @@ try:
     import contextlib
     import gc
     import signal
+    import threading
+    import time
     from collections.abc import Sequence
     from pathlib import Path
     from typing import Any
@@ -24,6 +26,7 @@ except KeyboardInterrupt:  # Ctrl-C before main() can handle it
 REFUSED, INTERNAL, INTERRUPTED, TERMINATED = 2, 4, 130, 143
 TRACEBACK = "DEM_HARNESS_TRACEBACK"  # environment variable: show the traceback of internal errors
 MOST_CHARACTERS = 4000  # of an error
+CLEANING_SECONDS = 2.0  # of threads after an interrupt, at most
 HELP = (
     "Check discrete element (DEM) codes against theory.\n\n"
     "The frictionless incline (critical angle 10.2078 deg), the tower hit by a dropped grain, "
@@ -85,6 +88,7 @@ def main() -> None:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         status = _flushed(_status(sys.argv[1:]))
     except KeyboardInterrupt:
+        _let_threads_clean_up()
         status = TERMINATED if _stopped_by else INTERRUPTED
         how = "terminated" if _stopped_by else "interrupted"
         print(f"dem-harness: {how}; nothing half-written is left", file=sys.stderr)
@@ -178,6 +182,19 @@ def _stop(number: int, _: Any) -> None:
     signal.signal(number, signal.SIG_IGN)  # a second SIGTERM does not cut the cleaning short
     _stopped_by.append(number)
     raise KeyboardInterrupt
+
+
+def _let_threads_clean_up() -> None:
+    """Wait for threads whose programs were killed: they remove temporary folders.
+
+    One in compiled code goes on: it is not waited for any longer.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    end = time.monotonic() + CLEANING_SECONDS
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and not thread.daemon:
+            thread.join(max(0.0, end - time.monotonic()))
 
 
 def _open_streams() -> None:

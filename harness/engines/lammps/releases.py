@@ -11,9 +11,9 @@ virtual environment under the user's cache folder, made once, and is run through
 from __future__ import annotations
 
 import fcntl
+import os
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -21,7 +21,16 @@ from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
-from harness.engines.process import COMPLETE, MADE, USED, environments_folder, locked
+from harness.engines.process import (
+    COMPLETE,
+    MADE,
+    USED,
+    Limits,
+    Processes,
+    environments_folder,
+    fresh_folder,
+    locked,
+)
 from harness.engines.registry import ENVIRONMENT, program_files, program_words, with_libraries
 from harness.errors import EngineMissingError, EngineTimeoutError, RequestError
 
@@ -126,7 +135,11 @@ def install(release: str, folder: Path) -> Path:
         with locked(home, MADE):
             if not (home / COMPLETE).is_file():
                 shutil.rmtree(home, ignore_errors=True)
-                _make(release, home)
+                try:
+                    _make(release, home.absolute())
+                except BaseException:
+                    shutil.rmtree(home, ignore_errors=True)
+                    raise
             (home / COMPLETE).touch()
     except OSError as error:
         raise EngineMissingError(
@@ -146,14 +159,15 @@ def _make(release: str, home: Path) -> None:
 
 
 def _run(command: list[str], failure: str) -> None:
-    try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
-            timeout=INSTALL_SECONDS, check=False,
+    """Run a command; what it starts ends with it, and with the harness."""
+    with fresh_folder() as folder:
+        ended = Processes().run(
+            command, folder, seconds=INSTALL_SECONDS, memory=Limits().memory,
+            environment={**os.environ, "TMPDIR": str(folder)},
         )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        raise EngineTimeoutError(f"{failure} within {INSTALL_SECONDS:g} s") from None
-    if done.returncode != 0:
-        lines = [line for line in done.stderr.strip().splitlines() if "ERROR" in line]
-        reason = lines[-1].strip()[:200] if lines else f"exit status {done.returncode}"
+    if ended.timed_out:
+        raise EngineTimeoutError(f"{failure} within {INSTALL_SECONDS:g} s")
+    if ended.code != 0:
+        lines = [line for line in ended.output.splitlines() if "ERROR" in line]
+        reason = lines[-1].strip()[:200] if lines else f"exit status {ended.code}"
         raise EngineMissingError(f"{failure}: {reason}")

