@@ -8,6 +8,7 @@ started it.
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
 import re
@@ -176,6 +177,7 @@ def is_checkout() -> bool:
 # Folders are opened without following links, and only those of this user are removed.
 
 PREFIX = ".dem-harness-"
+HOLDS_SOMETHING = "--output {}: holds something already; name a new folder"
 
 
 @contextlib.contextmanager
@@ -183,7 +185,8 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
     """Yield a new folder; at the end of the block it becomes ``target``.
 
     ``target`` must be missing or empty, unless it is to be replaced. On any exception nothing
-    remains, and a folder to be replaced is as before. Raise FullDiskError where there is no space.
+    remains, and a folder to be replaced is as before. Raise FullDiskError where there is no space,
+    RequestError for a target that holds something by then.
     """
     place = target.resolve()  # a link stays one, and "." can be renamed
     try:
@@ -200,9 +203,11 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
                     old.rename(place)
                 raise
     except OSError as error:
-        if error.errno not in FULL:
-            raise
-        raise FullDiskError(f"{target}: {error.strerror}") from None
+        if error.errno in FULL:
+            raise FullDiskError(f"{target}: {error.strerror}") from None
+        if error.errno == errno.ENOTEMPTY:  # another process was faster
+            raise RequestError(HOLDS_SOMETHING.format(target)) from None
+        raise
 
 
 @contextlib.contextmanager
@@ -301,7 +306,7 @@ def check_folder(folder: Path) -> None:
     if folder.resolve().is_mount():
         raise RequestError(f"--output {folder}: is a mount point; name a folder in it")
     if folder.is_dir() and any(folder.iterdir()):
-        raise RequestError(f"--output {folder}: holds something already; name a new folder")
+        raise RequestError(HOLDS_SOMETHING.format(folder))
 
 
 def check_writable(folder: Path) -> None:

@@ -82,6 +82,12 @@ def test_nothing_changes_by_a_block_that_fails(tmp_path, stop, replace):
     assert [path.name for path in tmp_path.iterdir()] == ["run"] * replace
 
 
+def test_what_another_process_writes_meanwhile_stays(tmp_path):
+    with pytest.raises(RequestError, match="holds something"), whole_folder(tmp_path / "run"):
+        write_files({("--csv", tmp_path / "run" / "other"): text_writer("whole")})
+    assert [path.name for path in tmp_path.rglob("*")] == ["run", "other"]
+
+
 def test_a_folder_is_there_as_a_whole_at_the_end_of_the_block(tmp_path):
     with whole_folder(tmp_path / "run") as new:
         (new / "first").touch()

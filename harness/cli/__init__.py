@@ -159,8 +159,10 @@ def _status(words: list[str]) -> int:
             raise
         if isinstance(error, OSError) and error.errno in FULL:
             return _print_error(
-                f"{error.filename or 'stdout, or a file'}: {error.strerror}", INTERNAL
+                f"{error.filename or 'stdout or a file'}: {error.strerror}", INTERNAL
             )
+        if isinstance(error, PermissionError) and error.filename:
+            return _print_error(f"{error.filename}: {error.strerror}", REFUSED)
         name = f"{type(error).__name__}: {error}".strip(": ")
         text = f"internal error: {name}\nif this is a bug, {TRACEBACK}=1 shows where it is"
         return _print_error(text, INTERNAL)

@@ -227,7 +227,7 @@ def run(
     from harness.workflows.runs import runner_name
 
     output.check_target(choice.profile, "--profile", (".csv",))
-    output.check_target(choice.script, "--script", (), choice.profile)
+    output.check_target(choice.script, "--script", (), choice.profile, choice.film)
     pictures, name = choice.pictures(), runner_name(get_case(case), choice.engine)
     engines.check([name], "--engine")
     with opener(engines, "run", json) as opening:

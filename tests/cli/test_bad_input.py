@@ -85,6 +85,7 @@ OF_DOUBLES = {
         ("bounce --film f.avi", "--film f.avi", ".gif, .mp4, .png"),
         ("bounce --profile p.txt", "--profile p.txt", ".csv"),
         ("bounce --profile p.csv --script p.csv", "--script p.csv", "another option"),
+        ("bounce --film p.gif --script p.gif", "--script p.gif", "another option"),
         ("bounce --engine exact --film f.png", "--film", "a solver"),
         ("bounce --engine exact --script s", "--script", "a solver"),
         ("bounce --cache /proc/x", "--cache /proc/x", "cannot be used"),

@@ -9,6 +9,7 @@ import sys
 import time
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from unittest.mock import Mock
 
 import pandas as pd
 import pytest
@@ -82,6 +83,13 @@ def test_an_internal_error_is_status_4(harness, monkeypatch):
     text = harness("run", "bounce", "--engine", "good", status=4).err
     assert "internal error: ZeroDivisionError" in text
     assert "DEM_HARNESS_TRACEBACK=1" in text
+
+
+def test_a_file_that_may_not_be_read_is_the_user_s_error(harness, monkeypatch):
+    error = PermissionError(13, "Permission denied", "mine/run.json")
+    monkeypatch.setattr("harness.store.runs.read_run", Mock(side_effect=error))
+    said = harness("reproduce", "--check", status=2).err
+    assert said == "dem-harness: mine/run.json: Permission denied\n"
 
 
 def test_ctrl_c_while_the_command_line_is_imported_is_a_line(tmp_path):
