@@ -410,8 +410,8 @@ def _path_check(trial: Trial, digits: int) -> Check:
 def _changes(path: Path, digits: int) -> tuple[int, int]:
     """Return the samples before the velocity changes first and last, as far as digits show."""
     if digits < FEWEST_DIGITS:
-        shown = f"{digits} digits do not show where a contact begins"
-        raise EngineOutputError(f"{shown}: the engine must write at least {FEWEST_DIGITS}")
+        reason = f"{digits} digits do not show where a contact begins"
+        raise EngineOutputError(f"{reason}: the engine must write at least {FEWEST_DIGITS}")
     velocity = np.stack([path.vx, path.vy])
     resolution = 10.0 ** (2 - digits) * np.abs(velocity).max()
     changed = np.flatnonzero(np.abs(np.diff(velocity, axis=1)).max(axis=0) > resolution)

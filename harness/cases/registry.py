@@ -22,9 +22,8 @@ DEFAULT = ("incline", "tower")  # cases of `verify` unless others are named
 QUALIFYING = ("drop",)  # cases of this package that an engine must pass before all others
 
 _CONTACTS = {
-    "box": ("box",),
     "impact": ("bounce", "head-on", "stacked"),
-    "oblique": ("collision", "lj-units", "oblique", "spin"),
+    "oblique": ("box", "collision", "lj-units", "oblique", "spin"),
     "prescribed_motion": ("prescribed-motion", "pull-off"),
     "resting": ("incline-rest", "incline-roll", "rolling-resistance", "slip-to-roll", "twist"),
     "surroundings": ("curved-wall", "drag", "heat", "moving-wall"),

@@ -507,8 +507,8 @@ def _later_torque(
     def first_error(torque: Floats) -> Floats:
         return np.asarray(errors(torque)[wrong[0]])
 
-    found = root(first_error, np.zeros(3), tol=1e-14)
-    return tuple((unit * found.x).tolist())
+    solution = root(first_error, np.zeros(3), tol=1e-14)
+    return tuple((unit * solution.x).tolist())
 
 
 # ---- the page
