@@ -29,7 +29,7 @@ DISSIPATION = {  # of a contact, as values of scripts
     "damping_ratio": "zeta: the dashpot is 2 zeta sqrt(k m_eff)",
 }
 PREPARED = 20.0  # [sqrt(d/g)] before the angle is set
-SECONDS_PER_STEP = 1e-6  # of a particle, for time limits; LAMMPS takes 0.2 us
+SECONDS_PER_STEP = 4e-6  # of a particle in the slowest code, for time limits, as of bulk
 
 
 def _with_tail(value: object) -> object:
