@@ -134,12 +134,13 @@ def values_of(*runs: str | Path | Run) -> pd.DataFrame:
     return pd.DataFrame({n: run.rows.set_index(list(KEY))["value"] for n, run in stored.items()})
 
 
-def accept(run: str | Path | Run, folder: Path | None = None) -> Comparison:
+def accept(run: str | Path | Run, folder: str | Path | None = None) -> Comparison:
     """Accept a run: merge its rows into the accepted runs; review the change with ``git diff``.
 
     Into the project's folder unless one is given. Raise RequestError for a folder that is no run,
     for a run in which an engine died, and for the accepted runs of an installed package.
     """
+    folder = None if folder is None else Path(folder)
     (new,) = _runs_by_name([run]).values()
     before = accepted_rows(new.meta.engines, folder)
     changes = new.changes_from_accepted(before)

@@ -243,8 +243,8 @@ def sweep(  # noqa: PLR0913 - the options of a user
     fixed: Mapping[str, Any] | None = None,
     engines: str | Iterable[str] = "",
     quantities: str | Iterable[str] = "",
-    output: Path | None = None,
-    reference: Path | None = None,
+    output: str | Path | None = None,
+    reference: str | Path | None = None,
     open_engine: OpenEngine | None = None,
     executor: Executor | None = None,
     check: Callable[[Sweep], None] = lambda _: None,
@@ -262,23 +262,24 @@ def sweep(  # noqa: PLR0913 - the options of a user
     value that is not allowed; EngineMissingError for an engine that is named and not here.
     """
     planned = plan(case, over, fixed, engines, quantities)
-    points = None if reference is None else planned.points_in(reference)
+    points = None if reference is None else planned.points_in(Path(reference))
     check(planned)
     opening = open_engine or (opened if executor is None else partial(opened_on, executor))
     if output is None:
         _make_runs(planned, opening, executor, progress)
         return planned
-    with _taken_folder(output, planned.request):
+    folder = Path(output)
+    with _taken_folder(folder, planned.request):
         _make_runs(planned, opening, executor, progress)
         files: dict[tuple[str, Path], Writer] = {
-            ("--output", output / ROWS): partial(planned.to_frame().to_csv, index=False)
+            ("--output", folder / ROWS): partial(planned.to_frame().to_csv, index=False)
         }
         figure = planned.figure(points)
         for name in ("figure.svg", "figure.png"):
             if figure is None:
-                (output / name).unlink(missing_ok=True)  # of runs that were made before
+                (folder / name).unlink(missing_ok=True)  # of runs that were made before
             else:
-                files["--output", output / name] = figure_writer(lambda: figure)
+                files["--output", folder / name] = figure_writer(lambda: figure)
         write_files(files)
     return planned
 

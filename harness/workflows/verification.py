@@ -88,8 +88,8 @@ def verify(  # noqa: PLR0913 - the options of a user
     engines: str | Iterable[str] = DEFAULT,
     only: str = "",
     strict: bool = False,
-    known_defects: Path | None = None,
-    output: Path | None = None,
+    known_defects: str | Path | None = None,
+    output: str | Path | None = None,
     png: bool = False,
     open_engine: OpenEngine = opened,
     executor: Executor | None = None,
@@ -122,7 +122,7 @@ def verify(  # noqa: PLR0913 - the options of a user
             broken[name] = str(error)
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
-        defects = load_defects(known_defects)
+        defects = load_defects(None if known_defects is None else Path(known_defects))
         session = Session(level, only or "*", chosen, defects, progress, broken=broken)
         opening = open_engine if executor is None else partial(opened_on, executor)
         session.open(selected_engines(engines), opening, stack)
@@ -133,7 +133,7 @@ def verify(  # noqa: PLR0913 - the options of a user
         check_duration(session.seconds())
         loading = Thread(target=_load_report)
         if output is not None:  # it takes long: engines run meanwhile
-            check_folder(output)
+            check_folder(Path(output))
             loading.start()
         session.run()
         meta = Meta(
@@ -158,7 +158,8 @@ def verify(  # noqa: PLR0913 - the options of a user
             progress("figures and report", 0, 1)
             loading.join()  # the look of figures is that of all threads
             by_name = {defect.name: dict(defect) for defect in session.defects}
-            write_run(run, output, report_files(run, session.sections(), defects=by_name, png=png))
+            pages = report_files(run, session.sections(), defects=by_name, png=png)
+            write_run(run, Path(output), pages)
             progress("figures and report", 1, 1)
     return run
 

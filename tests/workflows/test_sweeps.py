@@ -95,7 +95,7 @@ def test_all_engines_may_be_missing(monkeypatch, tmp_path):
     alone = {"missing": doubles.ENGINES["missing"]}
     monkeypatch.setattr("harness.engines.registry.ENGINES", alone)
     monkeypatch.setattr(doubles.BounceCase, "solvers", ())
-    result = swept({"steps": "100"}, "all", output=tmp_path / "out")
+    result = swept({"steps": "100"}, "all", output=str(tmp_path / "out"))
     assert (result.rows, [*result.missing]) == ([], ["missing"])
     assert not (tmp_path / "out" / "figure.svg").exists()
 

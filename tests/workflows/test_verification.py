@@ -285,7 +285,7 @@ def test_what_could_not_be_reported_is_refused_before_anything_runs(monkeypatch,
     monkeypatch.setattr(doubles.Good, "ran", 0)
     (tmp_path / "mine").touch()
     with pytest.raises(RequestError, match="holds something"):
-        verified(output=tmp_path)
+        verified(output=str(tmp_path))
     monkeypatch.setattr("harness.workflows.verification.accepted_rows", damaged)
     with pytest.raises(RequestError, match="is cut"):
         verified()
