@@ -127,7 +127,7 @@ def read_test(file: Path) -> UpstreamTest:
     try:
         # every value as text: a driver in C++ reads them so
         return _test(yaml.load(file.read_text("utf-8"), Loader=yaml.BaseLoader), file)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except (OSError, UnicodeDecodeError, RecursionError, yaml.YAMLError) as error:
         raise RequestError(f"{file}: cannot be read: {' '.join(str(error).split())}") from None
     except (ValueError, AttributeError, TypeError) as error:
         raise RequestError(f"{file}: must be a test of unittest/granular: {error}") from None
