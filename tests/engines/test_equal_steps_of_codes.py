@@ -126,7 +126,7 @@ def stacked(law):
 
 def cornered(law):
     """Return a sphere that runs into a corner: three walls at a time, across each axis."""
-    first = sphere(R, RHO, position=(1.01 * R, 0.99 * R, 1.005 * R), velocity=(-0.3, 0.2, -0.25),
+    first = sphere(R, RHO, position=(1.01 * R, 0.99 * R, 1.005 * R), velocity=(-0.31, 0.21, -0.26),
                    angular_velocity=(3.0, -2.0, 5.0))  # fmt: skip
     walls = (*FLOOR, Wall(direction=(1.0, 0.0, 0.0)),
              Wall(point=(0.0, 2.0 * R, 0.0), direction=(0.0, -1.0, 0.0)))  # fmt: skip
