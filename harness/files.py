@@ -298,15 +298,20 @@ def safe_path(name: str) -> str:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise RequestError for a folder that cannot take a report: not empty, or not writable.
+    """Raise RequestError for a folder that cannot take a report: not empty, or not replaceable."""
+    check_replaceable(folder)
+    if folder.is_dir() and any(folder.iterdir()):
+        raise RequestError(HOLDS_SOMETHING.format(folder))
 
-    A mount point cannot be replaced by a folder that was filled next to it.
+
+def check_replaceable(folder: Path) -> None:
+    """Raise RequestError for a folder in whose place no other can be put.
+
+    A mount point is none that :func:`whole_folder` can replace.
     """
     check_writable(folder)
     if folder.resolve().is_mount():
         raise RequestError(f"--output {folder}: is a mount point; name a folder in it")
-    if folder.is_dir() and any(folder.iterdir()):
-        raise RequestError(HOLDS_SOMETHING.format(folder))
 
 
 def check_writable(folder: Path) -> None:

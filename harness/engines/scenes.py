@@ -9,7 +9,7 @@ import inspect
 import json
 import math
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -309,7 +309,7 @@ def _is_solid(body: Body) -> bool:
 
 def _is_still_plane(wall: Wall) -> bool:
     still = wall.velocity == wall.amplitude == wall.surface_velocity == ZERO
-    return bool(wall.shape == "plane" and wall.direction.count(0.0) == 2 and still)
+    return bool(wall.shape == "plane" and wall.axis is not None and still)
 
 
 # ---- contacts of a scene
@@ -333,13 +333,8 @@ def kind(body: Body) -> tuple[float, float, str]:
 
 def nearest_body(scene: Scene, wall: Wall) -> Body:
     """Return the body that is nearest to a plane across an axis at the start."""
-    axis = normal_axis(wall.direction)
+    axis = wall.axis or 0
     return min(scene.bodies, key=lambda b: abs(b.position[axis] - wall.point[axis]) - b.radius)
-
-
-def normal_axis(direction: Sequence[float]) -> int:
-    """Return the axis, 0 to 2, along which the normal of a plane points most."""
-    return max(range(3), key=lambda axis: abs(direction[axis]))
 
 
 def contact_mass(scene: Scene, first: Body, second: Body | None) -> float:

@@ -84,6 +84,12 @@ class Wall(Parameters):
     )
     # fmt: on
 
+    @property
+    def axis(self) -> int | None:
+        """Return the axis, 0 to 2, that ``direction`` lies along, None where it is aslant."""
+        axes = [axis for axis in range(3) if self.direction[axis]]
+        return axes[0] if len(axes) == 1 else None
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         is_plane = self.shape == "plane"

@@ -21,7 +21,7 @@ import pandas as pd
 import harness
 from harness.engines.output import release_of
 from harness.errors import RequestError
-from harness.files import check_writable, safe_path, whole_folder
+from harness.files import check_replaceable, safe_path, whole_folder
 from harness.report.content import Badge
 from harness.report.page import defect_releases, defect_sentence
 from harness.report.render import document, html_page, matrix, verdict_badges
@@ -47,9 +47,7 @@ def site(output: Path, runs: Sequence[Path] = (), *, project: Path | None = None
     output, root = Path(output), project or Path(harness.__file__).parent.parent
     if output.is_dir() and any(output.iterdir()) and not (output / LIST).is_file():
         raise RequestError(f"--output {output}: has other files; name a new folder or a site")
-    check_writable(output)
-    if output.resolve().is_mount():
-        raise RequestError(f"--output {output}: is a mount point; name a folder in it")
+    check_replaceable(output)
     folders = {safe_path(Path(folder).resolve().name): Path(folder) for folder in runs}
     if len(folders) != len(runs):
         raise RequestError("RUN: two folders of one name; rename one")

@@ -275,6 +275,7 @@ class Box(ContactSystem):
     def scene(self) -> Scene:
         """Return the spheres in the corners of the box, each on its way."""
         cell = 2.0 * max(self.radius, self.second_radius) * (1.0 + self.gap)
+        steps = math.ceil(self.duration * self.steps_per_contact)
         bodies = []
         for i, (corner, radius) in enumerate(zip(CORNERS, self.radii.tolist(), strict=True)):
             spin = (component / radius for component in self._direction(i, FIRST_SPIN))
@@ -292,8 +293,8 @@ class Box(ContactSystem):
             walls=tuple(_walls(2.0 * cell)),
             law=self.stated_law,
             step=math.pi * self.elastic_overlap(self.speed) / self.speed / self.steps_per_contact,
-            steps=math.ceil(self.duration * self.steps_per_contact),
-            every=math.ceil(self.duration * self.steps_per_contact),
+            steps=steps,
+            every=steps,
         )
 
     def observe(self, motion: Motion) -> Mapping[str, float]:
@@ -316,18 +317,11 @@ class Box(ContactSystem):
         return (self.speed * x, self.speed * y, self.speed * z)
 
 
-def _walls(side: float) -> list[Wall]:
-    """Return the faces of a cube [m], a corner of which is the origin."""
-    faces = []
-    for axis in range(3):
-        normal = [0.0, 0.0, 0.0]
-        normal[axis] = 1.0
-        far = tuple(side * component for component in normal)
-        faces += [
-            Wall(direction=tuple(normal)),
-            Wall(point=far, direction=tuple(-component for component in normal)),
-        ]
-    return faces
+def _walls(side: float) -> Iterator[Wall]:
+    """Yield the faces of a cube [m], a corner of which is the origin."""
+    for normal in np.eye(3):
+        yield Wall(direction=tuple(normal.tolist()))
+        yield Wall(point=tuple((side * normal).tolist()), direction=tuple((-normal).tolist()))
 
 
 class PartialSlipCase(ContactCase[Any]):

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from harness.engines.output import release_of
 from harness.errors import Unsupported
-from harness.model.base import ZERO, Vector, unit_vector
+from harness.model.base import ZERO, unit_vector
 from harness.model.law import Law
 from harness.model.scene import Scene, Wall, effective_mass
 
@@ -337,14 +337,14 @@ def _style(wall: Wall) -> str | None:
     """Return a wall in the words of fix wall/gran, None where it needs a region."""
     if wall.shape == "plane":
         return _plane_style(wall)
-    central = wall.hollow and wall.point[:2] == (0.0, 0.0) and _axis(wall.direction) == 2
+    central = wall.hollow and wall.point[:2] == (0.0, 0.0) and wall.axis == 2
     if wall.shape == "cylinder" and central and not _oscillates(wall):
         return _cylinder_style(wall)
     return None
 
 
 def _plane_style(wall: Wall) -> str | None:
-    axis = _axis(wall.direction)
+    axis = wall.axis
     sliding = tuple(a + b for a, b in zip(wall.velocity, wall.surface_velocity, strict=True))
     if axis is None or wall.velocity[axis] or wall.surface_velocity[axis]:
         return None
@@ -399,7 +399,7 @@ def _shape(wall: Wall) -> str:
         return f"plane {numbers_of(wall.point)} {numbers_of(wall.direction)}"
     if wall.shape == "sphere":
         return f"sphere {numbers_of(wall.point)} {wall.radius!r}"
-    axis = _axis(wall.direction)
+    axis = wall.axis
     if axis is None:
         raise Unsupported("cylinders lie along x, y or z")
     across = numbers_of(x for k, x in enumerate(wall.point) if k != axis)
@@ -415,12 +415,6 @@ def _turning(wall: Wall) -> float:
     if not math.isclose(abs(along), rate, rel_tol=1e-12):
         raise Unsupported("cylinders turn about their axis alone")
     return along
-
-
-def _axis(direction: Vector) -> int | None:
-    """Return the axis that a direction lies along, None for any other."""
-    axes = [axis for axis in range(3) if direction[axis]]
-    return axes[0] if len(axes) == 1 else None
 
 
 def numbers_of(values: Iterable[float]) -> str:

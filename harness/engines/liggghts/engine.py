@@ -31,7 +31,6 @@ from harness.engines.scenes import (
     damping_of,
     kind,
     motion_of_table,
-    normal_axis,
     partners,
     room,
 )
@@ -215,7 +214,7 @@ def _box(scene: Scene) -> tuple[str, str]:
 
 
 def _plane(wall: Wall) -> str:
-    axis = normal_axis(wall.direction)
+    axis = wall.axis or 0  # of a scene that LIGGGHTS takes
     return f"{'xyz'[axis]}plane {_text(wall.point[axis])}"
 
 
