@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from harness.cases.incline.columns import Columns, scene_of
+from harness.cases.tower.runs import compile_chains
 from harness.engines.process import cores
 from harness.solvers import hard_sphere, reference
-from harness.solvers.__main__ import compile_chains
 from harness.solvers.chain_stepped import run_columns
 from harness.solvers.contact_time import contact_time
 from tests.solvers.reference.scenes import HERTZ, HOOKE, resting

@@ -14,6 +14,7 @@ import pytest
 from harness import compiled, solvers
 from harness.compiled import jit, waits_for_compilation
 from harness.files import VARIABLE
+from harness.workflows.verification import COMPILE_CHAINS
 
 KERNEL = """
 from harness.compiled import jit
@@ -176,7 +177,7 @@ def test_a_place_waits_for_kernels_until_one_is_kept_there(monkeypatch, tmp_path
 @pytest.mark.slow  # it compiles for ten seconds
 def test_the_kernels_of_chains_are_those_that_the_own_checks_of_towers_need(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    for command in (["-m", "harness.solvers"], ["-c", OWN_CHECKS]):
+    for command in (["-c", COMPILE_CHAINS], ["-c", OWN_CHECKS]):
         run = subprocess.run(
             [sys.executable, "-P", *command], env=environment, capture_output=True, text=True,
             check=True,

@@ -70,6 +70,7 @@ from harness.workflows.runs import OpenEngine
 from harness.workflows.settings import selected_engines, words_in
 
 Key = tuple[str, str]  # engine and case
+COMPILE_CHAINS = "from harness.cases.tower.runs import compile_chains; compile_chains()"
 SIDE_BY_SIDE = 4  # cases at a time: solvers compute while others wait for an engine
 PLATFORM = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
 NO_CHECKS = "the case has no checks of this engine"
@@ -175,7 +176,7 @@ def _compiled_chains(*, if_new: bool) -> Iterator[Callable[[], Any]]:
     if not if_new or not compiled.waits_for_compilation(Path(solvers.__path__[0])):
         yield lambda: None
         return
-    command = [sys.executable, "-P", "-m", solvers.__name__]
+    command = [sys.executable, "-P", "-c", COMPILE_CHAINS]
     with Popen(command, stdout=DEVNULL, stderr=DEVNULL, env=one_thread()) as process:
         try:
             yield process.wait

@@ -16,6 +16,7 @@ from harness.store.committed import known_defects
 from harness.upstream import (
     MOTION,
     RECORDED_MOTION,
+    equal_steps,
     read_state,
     read_test,
     run_test,
@@ -128,7 +129,7 @@ def test_a_wrong_law_is_the_known_defect_or_fails(lmp, monkeypatch):
     assert "hides" in motion.note
     mended = run_upstream([askew(pair_coeff=TSUJI)], {"2027.1.1.0.0": lmp})  # a later release
     assert rows_by_key(mended)["askew", MOTION, "newton off"].verdict == "fail"
-    monkeypatch.setattr(judging, "SHOWN_BY", {})
+    monkeypatch.setattr(equal_steps, "SHOWN_BY", {})
     run = run_upstream([askew(pair_coeff=TSUJI)], {"here": lmp})
     motion = rows_by_key(run)["askew", MOTION, "newton off"]
     assert (motion.verdict, motion.defect, run.status) == ("fail", "", 1)
@@ -155,7 +156,7 @@ def test_a_wall_takes_its_own_restitution_again(lmp, restitution):
     scene = reading.scene.model_copy(update={"laws": laws, "setups": reading.scene.setups[1:]})
     motion = reference.run(scene, reading.rules, Faults(tsuji_again_in_setup=True))
     states = [run.states[0], *(states_of(motion, end // scene.every) for end in reading.ends)]
-    assert judging.known_defects_of(reading, states) == "wall-tsuji-again"
+    assert equal_steps.known_defects_of(reading, states) == "wall-tsuji-again"
 
 
 def states_of(motion, sample):
@@ -181,16 +182,16 @@ def test_torques_that_no_setup_has_set_are_that_known_defect(lmp):
         states, zip(("fx", "fz"), reading.scene.gravity[::2], strict=True)
     ):
         state[name] = state[name] + reading.scene.bodies[0].mass * g  # as in a dump
-    assert judging.known_defects_of(reading, states) == "rolling-uninitialised-in-setup"
+    assert equal_steps.known_defects_of(reading, states) == "rolling-uninitialised-in-setup"
     states[2]["vx"] = states[2]["vx"] * (1.0 + 1e-6)
-    assert judging.known_defects_of(reading, states) == ""
+    assert equal_steps.known_defects_of(reading, states) == ""
 
 
 def test_two_defects_at_once_are_both_named(lmp):
     law = "* * jkr 1e8 1e5 0.3 2 damping viscoelastic tangential mindlin NULL 0.5 0.3"
     _, motion = outcome(askew(pair_coeff=[f"pair_coeff {law} twisting marshall"]), lmp)
     assert motion.defect == "marshall-twist-with-mindlin, twisting-limit-by-rate"
-    assert set(judging.SHOWN_BY) <= {defect.name for defect in known_defects()}
+    assert set(equal_steps.SHOWN_BY) <= {defect.name for defect in known_defects()}
 
 
 @pytest.mark.parametrize(
@@ -236,7 +237,7 @@ def test_a_motion_that_passes_round_off_on_is_undecided(lmp, monkeypatch):
     _, motion = outcome(test, lmp)
     assert motion.verdict == "not tested", motion
     assert "undecided: off by " in motion.note
-    monkeypatch.setattr(judging, "NUDGE", 0.0)
+    monkeypatch.setattr(equal_steps, "NUDGE", 0.0)
     assert outcome(test, lmp)[1].verdict == "fail"
 
 

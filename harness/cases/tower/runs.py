@@ -402,3 +402,12 @@ def _contact_forces(case: Tower, force: Floats, weight: float, x: Floats) -> Flo
     smallest = ROUNDING * case.each("stiffness")[0] * float(np.abs(x).max())
     contact[np.abs(contact) <= smallest] = 0.0
     return np.asarray(contact)
+
+
+def compile_chains() -> None:
+    """Compile the kernels of the exact propagator and of the steps, which serve both laws."""
+    from harness.solvers import chain_exact, chain_stepped
+
+    chain = make_chain(np.ones(3), np.full(3, 1e6), deformable=True, speed=1.0, overlap=np.zeros(2))
+    chain_exact.run(chain, 0.01, samples=10)
+    chain_stepped.run(chain, 0.01, 1e-4, scheme="rk4", samples=10)
