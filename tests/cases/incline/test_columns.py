@@ -12,11 +12,12 @@ from harness.cases.incline.columns import (
     CASE,
     SOURCE_ANGLES,
     Columns,
+    job_of,
     run_at_equal_steps,
     scene_of,
     sinking,
 )
-from harness.cases.incline.runs import Fate, loaded, start_load
+from harness.cases.incline.runs import Fate, loaded, read, start_load
 from harness.cases.tower.impulse import source_angles
 from harness.results.rows import Verdict
 from harness.solvers import chain_stepped, reference
@@ -168,3 +169,11 @@ def test_lammps_is_the_incline_for_one_particle_and_equal_in_steps_above(lammps)
     rows = rows_of(lammps)
     assert verdicts(rows) == {Verdict.PASS}, rows
     assert len(rows) == 5
+
+
+@pytest.mark.live
+def test_a_run_cut_off_behind_the_first_top_is_undecided(lammps):
+    case = Columns(angle=20.0, time_limit=1e-3)
+    run = read(case, "passage", Bench(lammps).output(job_of(case)))
+    assert run.fate is Fate.UNDECIDED
+    assert run.touching
