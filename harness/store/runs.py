@@ -17,6 +17,7 @@ import html
 import io
 import json
 import math
+import os
 import re
 from collections import Counter
 from collections.abc import Mapping
@@ -291,6 +292,7 @@ def read_run(folder: Path) -> Run:
     file = folder / META
     if not file.is_file():
         raise RequestError(f"{folder}: is not a run of dem-harness: it has no {META}")
+    _check_parts(folder)
     text = _text_of(file)
     try:
         record = json.loads(text)
@@ -319,6 +321,15 @@ def json_records(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the lines of a table, JSON-ready: None for numbers that are not finite."""
     records = frame.astype(object).to_dict("records")
     return [{str(name): _finite(value) for name, value in record.items()} for record in records]
+
+
+def _check_parts(folder: Path) -> None:
+    """Raise RequestError for a part that cannot be read, as a FIFO that nobody writes."""
+    for path in folder.rglob("*"):
+        mode = os.R_OK | os.X_OK if path.is_dir() else os.R_OK
+        is_readable = (path.is_file() or path.is_dir()) and os.access(path, mode)
+        if path.exists() and not is_readable:  # a link that leads nowhere is left out
+            raise RequestError(f"{path}: must be a file or a folder that can be read")
 
 
 def _texts_below(folder: Path) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """A run's folder: exact, whole or not at all, and refused with its name where it is damaged."""
 
 import json
+import os
 from dataclasses import replace
 from xml.etree import ElementTree as Xml
 
@@ -127,6 +128,15 @@ def test_damage_is_named(folder, name):
     with pytest.raises(RequestError, match=words) as error:
         read_run(folder)
     assert str(path) in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["rows.csv", "logs/pipe"])
+def test_a_pipe_in_a_run_is_refused(folder, name):
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).unlink(missing_ok=True)
+    os.mkfifo(folder / name)
+    with pytest.raises(RequestError, match=rf"{name}: must be a file"):
+        read_run(folder)
 
 
 # ---- status and headline
