@@ -53,7 +53,7 @@ def _read_by(read: Callable[[str], Any], must: str) -> Parameter:
         except ValueError:
             raise RequestError(f"{tokens[0].keyword} {text!r}: must be {must}") from None
 
-    return Parameter(converter=convert, metavar=None if read is int else "NUMBERS")
+    return Parameter(converter=convert)
 
 
 def _ranges(text: str) -> list[int]:
@@ -68,13 +68,21 @@ def _ranges(text: str) -> list[int]:
     return list(chosen)
 
 
+def _path(text: str) -> Path:
+    """Return a path, which would be the current folder for an empty text."""
+    if not text:
+        raise ValueError
+    return Path(text)
+
+
+PATH = _read_by(_path, "a path")
 Json = Annotated[bool, Parameter(help="Print one JSON object on stdout, and nothing else.")]
-Folder = Annotated[Path | None, Parameter(metavar="DIR")]
-File = Annotated[Path | None, Parameter(metavar="FILE")]
+Folder = Annotated[Path | None, PATH, Parameter(metavar="DIR")]
+File = Annotated[Path | None, PATH, Parameter(metavar="FILE")]
 Name = Annotated[str | None, Parameter(metavar="NAME")]
 Command = Annotated[str | None, Parameter(metavar="COMMAND")]
 NewFolder = Annotated[
-    Path | None, Parameter(metavar="DIR", help="A new folder for the report and its tables.")
+    Path | None, PATH, Parameter(metavar="DIR", help="A new folder for the report and its tables.")
 ]
 CASES = "Cases or groups that `dem-harness cases` lists, or `all`. [default: incline and tower]"
 Cases = Annotated[str | None, Parameter(metavar="NAME[,NAME...]", help=CASES)]
@@ -92,9 +100,10 @@ Numbers = Annotated[
     list[float] | None,
     _read_by(lambda text: [*dict.fromkeys(map(float, text.split(",")))],
              "a number, or several with commas"),
+    Parameter(metavar="NUMBERS"),
 ]  # fmt: skip
 RANGES = f"whole numbers or ranges that rise, as 1-19, within 1 to {MOST_NUMBER}"
-WholeNumbers = Annotated[list[int] | None, _read_by(_ranges, RANGES)]
+WholeNumbers = Annotated[list[int] | None, _read_by(_ranges, RANGES), Parameter(metavar="NUMBERS")]
 
 
 # ---- engines
@@ -188,6 +197,13 @@ class EngineOptions(ProgramOptions, CacheOptions):
     settings of your jobqueue.yaml, slurm:JOBS in so many jobs (8). Needs dem-harness[dask]."""
     force: bool = False
     """Run also what is expected to take more than ten minutes of a core."""
+
+    def check_no_cluster(self, solver: str) -> None:
+        """Raise RequestError for a cluster, which a solver of this package does not use."""
+        if self.dask is not None:
+            raise RequestError(
+                f"--dask {self.dask}: goes with engines; solver {solver!r} runs here"
+            )
 
     def check_seconds(self, seconds: float, work: str, instead: str = SMALLER) -> None:
         """Print an expected time [s] that is long; raise RequestError for one that is too long.

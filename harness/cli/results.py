@@ -257,7 +257,7 @@ def site(
     runs: list[Path] | None = None,
     /,
     *,
-    output: Annotated[Path, Parameter(metavar="DIR")] = Path("reports/runs/site"),
+    output: Annotated[Path, options.PATH, Parameter(metavar="DIR")] = Path("reports/runs/site"),
     json: Json = False,
 ) -> int:
     """Build a static site of the committed reports and of runs.

@@ -7,7 +7,6 @@ from collections import Counter
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -224,12 +223,14 @@ def run(
 
     from harness.cases.registry import get_case
     from harness.engines.registry import named_values
-    from harness.workflows.runs import runner_name
+    from harness.workflows.runs import is_solver, runner_name
 
     output.check_target(choice.profile, "--profile", (".csv",))
     output.check_target(choice.script, "--script", (), choice.profile, choice.film)
     pictures, name = choice.pictures(), runner_name(get_case(case), choice.engine)
     engines.check([name], "--engine")
+    if is_solver(get_case(case), name):
+        engines.check_no_cluster(name)
     with opener(engines, "run", json) as opening:
         result = workflows.run(
             case,
@@ -272,7 +273,7 @@ class SweepOptions:
     output: options.Folder = None
     """Where table and figure are written; the same sweep goes on there. [default:
     reports/runs/DATE-sweep]"""
-    reference: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None
+    reference: Annotated[options.File, Parameter(metavar="FILE.csv")] = None
     """Your measured points for the figure: a CSV table with the first parameter of --over and the
     first quantity, as rows.csv names them; `uncertainty_QUANTITY` (or `_UNIT`) gives error bars."""
 

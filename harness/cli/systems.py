@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, get_args
@@ -320,9 +320,10 @@ def _runner(
 ) -> Iterator[tuple[Opener, dict[str, Any]]]:
     """Yield an opener, and solver, engine and progress as arguments of a workflow."""
     _check("--solver", name, engines, values, runs)
-    is_solver = name in SOLVERS  # which needs no cluster
+    if is_solver := name in SOLVERS:
+        engines.check_no_cluster(name)
     with (
-        opener(replace(engines, dask=None) if is_solver else engines, title, quiet) as opening,
+        opener(engines, title, quiet) as opening,
         nullcontext() if is_solver else opening.qualified(name) as engine,
     ):
         solver = engine.name if engine else name

@@ -28,10 +28,13 @@ BAD = {
         ("--steps-per-contact 1e308", "1e+308 steps per contact", "2e9 steps"),
         ("--solver nix", "--solver 'nix'", "or a solver of this package: rk4, exact"),
         ("--lmp x", "--lmp 'x'", "goes with --solver lammps only"),
+        ("--dask nowhere", "--dask nowhere", "goes with engines; solver 'rk4'"),
+        ("--series=", "--series ''", "must be a path"),
         ("--series .", "--series .", "is a folder"),
         ("--series no/file", "--series no/file", "no folder no"),
     ],
     "impulse": [
+        ("--solver exact --dask nowhere", "--dask nowhere", "solver 'exact'"),
         ("--heights 5-1", "--heights '5-1'", "as 1-19, within 1 to 10000"),
         ("--heights 1-2-9", "--heights '1-2-9'", "as 1-19"),
         ("--heights 1 --heights 0", "--heights '1,0'", "as 1-19"),
@@ -67,6 +70,7 @@ BAD = {
     "cache": [
         ("--older-than -1", "--older-than -1", "0 days or more"),
         ("--case nix", "case 'nix'", "incline"),
+        ("--cache=", "--cache ''", "must be a path"),
         ("--cache /dev/null", "--cache /dev/null", "is a file"),
         # as a folder into which the user may not look, but also for root
         (f"--cache {'x' * 300}", "--cache x", "cannot be read"),
@@ -90,6 +94,7 @@ OF_DOUBLES = {
         ("bounce --engine exact --script s", "--script", "a solver"),
         ("bounce --cache /proc/x", "--cache /proc/x", "cannot be used"),
         ("bounce --dask nowhere", "--dask"),
+        ("bounce --engine exact --dask nowhere", "--dask nowhere", "solver 'exact'"),
     ],
     "sweep": [
         ("bounce", "--over", "must be given"),

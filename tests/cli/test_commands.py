@@ -118,11 +118,10 @@ def test_two_reports_of_one_second_have_two_folders(tmp_path, monkeypatch):
 # ---- the tower
 
 
-def test_heights_may_be_repeated_and_a_solver_needs_no_cluster(command):
+def test_heights_may_be_repeated(command):
     words = ("--heights", "1", "--heights", "3", "--stiffness", "1e6", "--speed", "2")
     rows = json.loads(command("impulse", *words, "--law", "overlap", "--json").out)["rows"]
     assert [row["height"] for row in rows] == [1, 3]
-    assert json.loads(command("tower", "--dask", "nowhere", "--json").out)["solver"] == "rk4"
 
 
 # ---- run
