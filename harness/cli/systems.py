@@ -127,11 +127,9 @@ def critical_angle(
     from harness.cases.incline.closed_form import angles_to_compare
     from harness.cases.incline.system import Incline, changed_contact
 
-    if choice.wells is not None and choice.method == "passage":
-        raise RequestError(f"--wells {choice.wells}: goes with --method steady only")
-    settings = (choice.method, choice.steps_per_contact, choice.tolerance)
-    if choice.extrapolate and settings != ("passage", None, None):
-        others = "--method steady, --steps-per-contact and --tolerance"
+    settings = (choice.method, choice.steps_per_contact, choice.tolerance, choice.wells)
+    if choice.extrapolate and settings != ("passage", None, None, None):
+        others = "--method steady, --steps-per-contact, --tolerance and --wells"
         raise RequestError(f"--extrapolate: goes without {others}")
     damping = choice.restitution, choice.damping_ratio
     usual = "plastic" if choice.extrapolate and damping == (None, None) else "source"

@@ -18,6 +18,7 @@ BAD = {
         ("--tolerance 5", "--tolerance", "Must be <= 1.0"),
         ("--wells 3", "--wells 3", "--method steady only"),
         ("--extrapolate --method steady", "--extrapolate", "--method steady"),
+        ("--extrapolate --wells 3", "--extrapolate", "--wells"),
         ("--extrapolate --steps-per-contact 9", "--extrapolate", "--steps-per-contact"),
         ("--extrapolate --tolerance 0.1", "--extrapolate", "--tolerance"),
     ],

@@ -120,8 +120,8 @@ def critical_angle(
     ``engine`` is an open one, or the name of one that is opened and whose runs are kept, LAMMPS
     unless given; ``fresh`` runs again what was kept. Raise EngineError for a run that failed,
     RequestError for a case that the engine cannot run, a contact that rebounds too much for a
-    passage, another method, a tolerance that is not from 1e-9 to 1 deg, or a single start, which
-    shows no uncertainty.
+    passage, wells of a passage, another method, a tolerance that is not from 1e-9 to 1 deg, or a
+    single start, which shows no uncertainty.
     """
     conditions = (
         (method in TOLERANCES_DEG, f"method = {method!r}", "'passage' or 'steady'"),
@@ -249,6 +249,8 @@ def reference_measure(bench: Bench, route: Route) -> Measure:
 def prepared(case: OverRow, method: Route, wells: int | None = None) -> Any:
     """Return a case for a method: of steady motion with the wells to pass, and the time for it."""
     if method == "passage":
+        if wells is not None:
+            raise RequestError(f"--wells {wells}: goes with --method steady only")
         return case
     if wells is None:
         coarse = case.steps_per_contact < COARSE

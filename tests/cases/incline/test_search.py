@@ -284,6 +284,7 @@ def test_a_run_that_dies_and_a_short_ladder_are_errors():
 @pytest.mark.parametrize(
     ("option", "words"),
     [
+        ({"wells": 3}, "--wells 3: goes with --method steady only"),
         ({"method": "both"}, "method = 'both': must be 'passage' or 'steady'"),
         ({"tolerance_deg": 0.0}, "tolerance_deg = 0.0: must be from 1e-9 to 1 deg"),
         ({"phases": 1}, "phases = 1: must be at least 2"),
