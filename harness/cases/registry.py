@@ -96,11 +96,22 @@ def selected_names(words: str | Iterable[str] | None = None) -> list[str]:
     """
     if words is None:
         return list(DEFAULT)
-    texts = words.split(",") if isinstance(words, str) else list(words)
-    texts = [text.strip() for text in texts if text.strip()]
+    texts = words_in(words)
     if not texts:
         raise RequestError(f"--cases {words!r}: names no case")
     return list(dict.fromkeys(name for text in texts for name in _names_of(text)))
+
+
+def words_in(texts: str | Iterable[str]) -> list[str]:
+    """Return the words of a text with commas, or of several texts, each once.
+
+    Raise RequestError for what is no text.
+    """
+    many = texts.split(",") if isinstance(texts, str) else texts
+    try:
+        return list(dict.fromkeys(text.strip() for text in many if text.strip()))
+    except (TypeError, AttributeError):
+        raise RequestError(f"{texts!r}: must be a name, or several names") from None
 
 
 def _names_of(word: str) -> list[str]:

@@ -137,7 +137,7 @@ def _class_at(where: str, label: str) -> type[Engine]:
 
 def _check_name(name: str, label: str) -> None:
     """Raise RequestError for the name of no engine."""
-    if name not in engine_names() and ":" not in name:
+    if name not in engine_names() and ":" not in str(name):
         names = ", ".join(engine_names())
         raise RequestError(f"{label} is not known: must be one of {names}, or module:Class")
 

@@ -81,7 +81,7 @@ def opened(
     :func:`harness.engines.registry.open_engine`. ``entries`` are the cache, the default one unless
     given. ``remote`` makes the runs elsewhere, of the engine, its name, its options and jobs.
     """
-    if not isinstance(engine, str | None):
+    if isinstance(engine, Engine):
         yield engine
         return
     name, entries = engine or DEFAULT, entries or default_entries()

@@ -204,7 +204,7 @@ def runner_name(case: Case[Any], name: str | None) -> str:
     if name is None:
         return usual_runner(case)
     names = [*engine_names(), *case.solvers]
-    if name not in names and ":" not in name:
+    if name not in names and ":" not in str(name):
         raise RequestError(f"--engine {name!r} is not known: must be one of {', '.join(names)}")
     return name
 

@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from harness.cases.base import Case
-from harness.cases.registry import ALL
+from harness.cases.registry import ALL, words_in
 from harness.engines.registry import engine_class, engine_names
 from harness.errors import CombinationError, RequestError
 from harness.model.base import Parameters
@@ -34,12 +34,6 @@ GRAMMAR = "values as 1,2,5, or ranges as 9:11:5 (evenly spaced) and 1e5:1e7:log5
 
 
 # ---- names
-
-
-def words_in(texts: str | Iterable[str]) -> list[str]:
-    """Return the words of a text with commas, or of several texts, each once."""
-    many = texts.split(",") if isinstance(texts, str) else texts
-    return list(dict.fromkeys(text.strip() for text in many if text.strip()))
 
 
 def selected_engines(engines: str | Iterable[str], solvers: Iterable[str] = ()) -> list[str]:
@@ -163,7 +157,7 @@ def _value(kind: type[Parameters], name: str, text: str) -> Any:
 def leaves(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Yield the values of nested parameters or tables, with dots in their names."""
     if not isinstance(tree, Mapping | Parameters):
-        raise ValueError("must be a table")
+        raise RequestError("must be a table")
     for name, value in tree.items() if isinstance(tree, Mapping) else tree:
         if isinstance(value, Mapping | Parameters):
             yield from leaves(value, f"{path}{name}.")
@@ -188,7 +182,8 @@ def _setting(value: Any) -> str:
     return as_text(value)
 
 
-def _texts(tree: Any) -> dict[str, str]:
+def swept_texts(tree: Any) -> dict[str, str]:
+    """Return the values of swept parameters as the text of the command line, by name."""
     return {name: as_text(value) for name, value in leaves(tree)}
 
 
@@ -207,7 +202,7 @@ def _cells(values: Parameters) -> dict[str, Any]:
 
 
 def _grids(value: Any) -> tuple[dict[str, str], ...]:
-    return tuple(map(_texts, value if isinstance(value, list | tuple) else [value]))
+    return tuple(map(swept_texts, value if isinstance(value, list | tuple) else [value]))
 
 
 class SweepRequest(Parameters):

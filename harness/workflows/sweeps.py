@@ -22,7 +22,7 @@ import pandas as pd
 from harness import __version__
 from harness.cases.base import Case, Value
 from harness.cases.bench import Bench
-from harness.cases.registry import ALL, get_case
+from harness.cases.registry import ALL, get_case, words_in
 from harness.engines.base import Engine, Job
 from harness.engines.process import cores, parallel_each
 from harness.engines.registry import engine_class, engine_title
@@ -60,8 +60,8 @@ from harness.workflows.settings import (
     quantity_names,
     request_in,
     selected_engines,
+    swept_texts,
     texts_of,
-    words_in,
 )
 
 if TYPE_CHECKING:
@@ -295,10 +295,9 @@ def plan(
 
     What is given here wins over the file.
     """
-    file = Path(case) if case.endswith(".toml") else None
+    file = Path(case) if str(case).endswith(".toml") else None
     base = SweepRequest(case=case) if file is None else request_in(file)
-    swept = {name: as_text(values) for name, values in (over or {}).items()}
-    same = texts_of(fixed or {})
+    swept, same = swept_texts(over or {}), texts_of(fixed or {})
     grids = base.over or (({},) if swept else ())
     request = base.replace(
         over=tuple({**grid, **swept} for grid in grids),

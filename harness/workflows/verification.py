@@ -34,6 +34,7 @@ from harness.cases.registry import (
     case_names,
     get_case,
     selected_names,
+    words_in,
 )
 from harness.engines.base import Engine, job_seconds
 from harness.engines.process import one_thread, parallel_each
@@ -67,7 +68,7 @@ from harness.store.runs import ABOUT_ENGINES, Meta, Run, write_run
 from harness.workflows import Progress, silent
 from harness.workflows.executors import opened_on
 from harness.workflows.runs import OpenEngine
-from harness.workflows.settings import selected_engines, words_in
+from harness.workflows.settings import selected_engines
 
 Key = tuple[str, str]  # engine and case
 COMPILE_CHAINS = "from harness.cases.tower.runs import compile_chains; compile_chains()"

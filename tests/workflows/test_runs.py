@@ -7,7 +7,7 @@ import pytest
 from harness.engines.registry import open_engine
 from harness.errors import CombinationError, RequestError, Unsupported
 from harness.model.law import Law
-from harness.workflows import run
+from harness.workflows import run, sweep
 from harness.workflows.runs import refined
 from harness.workflows.settings import point_of, texts_of
 from tests.workflows import doubles
@@ -83,6 +83,21 @@ def test_a_search_has_its_uncertainty_and_leaves_what_it_varies_out():
 def test_a_wrong_setting_names_value_unit_and_what_is_allowed(settings, words):
     with pytest.raises(RequestError, match=words):
         ran(settings=settings)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"settings": "steps=3"}, "must be a table"),
+        ({"engine": 5}, "--engine 5 is not known: must be one of"),
+        ({"quantities": [5]}, "5.: must be a name, or several names"),
+    ],
+)
+def test_an_argument_of_another_type_is_a_wrong_request(arguments, words):
+    with pytest.raises(RequestError, match=words):
+        run("bounce", **arguments)
+    with pytest.raises(RequestError, match="case = 5: must be a valid string"):
+        sweep(5)
 
 
 def test_a_nested_parameter_is_changed_by_its_part():
