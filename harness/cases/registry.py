@@ -88,6 +88,12 @@ def plugin_faults() -> list[str]:
     return [fault for point in entry_points(group=ENTRY_POINT) if (fault := _fault(point))]
 
 
+def hidden_cases() -> dict[str, str]:
+    """Return why cases cannot be reached that have the name of another, by ``package:name``."""
+    points = (p for p in entry_points(group=ENTRY_POINT) if _owner(p) != _package(p))
+    return {f"{_package(point)}:{point.name}": _fault(point) for point in points}
+
+
 def selected_names(words: str | Iterable[str] | None = None) -> list[str]:
     """Return the names of cases by names, groups or ``all``; :data:`DEFAULT` for None.
 
@@ -147,9 +153,7 @@ def _fault(point: EntryPoint) -> str:
 
 def _plugin_case(point: EntryPoint) -> Case[Any]:
     label = f"package {_package(point)!r}, case {point.name!r}: {point.value}"
-    owner = _package(_plugins().get(point.name, point))
-    if point.name in homes() or owner != _package(point):
-        owner = "dem-harness" if point.name in homes() else owner
+    if (owner := _owner(point)) != _package(point):
         raise BrokenCaseError(f"{label}: package {owner!r} has a case of this name")
     try:
         case = point.load()
@@ -162,6 +166,11 @@ def _plugin_case(point: EntryPoint) -> Case[Any]:
     if (name := getattr(case, "name", None)) != point.name:
         raise BrokenCaseError(f"{label} has the name {name!r}, must be the same")
     return case
+
+
+def _owner(point: EntryPoint) -> str:
+    """Return the package whose case of this name is used."""
+    return "dem-harness" if point.name in homes() else _package(_plugins().get(point.name, point))
 
 
 def _package(point: EntryPoint) -> str:

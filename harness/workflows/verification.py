@@ -33,6 +33,7 @@ from harness.cases.registry import (
     QUALIFYING,
     case_names,
     get_case,
+    hidden_cases,
     selected_names,
     words_in,
 )
@@ -108,8 +109,9 @@ def verify(  # noqa: PLR0913 - the options of a user
     ``check_duration`` is called with the expected time on one core [s], and may raise.
 
     An engine that is missing, dies or does not qualify, a case that raises, and of ``all`` a
-    broken engine or case of another package, are rows. Raise RequestError, before anything runs,
-    for an unknown level, case, engine or pattern; BrokenCaseError for such a case that is named.
+    broken engine, or a broken or hidden case, of another package, are rows. Raise RequestError,
+    before anything runs, for an unknown level, case, engine or pattern; BrokenCaseError for a
+    broken case that is named.
     """
     if level not in LEVELS:
         raise RequestError(f"level = {level!r} is not known: must be one of {', '.join(LEVELS)}")
@@ -122,6 +124,8 @@ def verify(  # noqa: PLR0913 - the options of a user
             if name in words_in(cases or ()):
                 raise
             broken[name] = str(error)
+    if ALL in words_in(cases or ()):
+        broken |= hidden_cases()
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
         defects = load_defects(None if known_defects is None else Path(known_defects))
@@ -195,7 +199,7 @@ def _load_report() -> None:
 class Session:
     """A verification on its way: benches by engine, checks by engine and case, rows so far.
 
-    ``broken`` are the cases that cannot be used, with the reason.
+    ``broken`` are the cases that cannot be used, broken or hidden, with the reason.
     """
 
     level: Level

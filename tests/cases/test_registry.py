@@ -85,6 +85,7 @@ def test_a_fault_of_a_plug_in_is_one_line_with_package_and_case(installed, name,
     assert fault.startswith(f"package 'lib', case '{name}': ")
     assert words in fault
     assert "\n" not in fault
+    assert registry.hidden_cases() == ({"lib:bounce": fault} if name == "bounce" else {})
     assert name == "bounce" or name not in registry.usable_cases()
     if name != "bounce":
         with pytest.raises(BrokenCaseError, match="package 'lib'"):
@@ -97,6 +98,7 @@ def test_of_two_packages_with_a_case_of_one_name_the_first_is_taken(installed):
     (fault,) = registry.plugin_faults()
     assert fault.startswith("package 'b', case 'bounce2': ")
     assert fault.endswith("package 'a' has a case of this name")
+    assert registry.hidden_cases() == {"b:bounce2": fault}
 
 
 @pytest.mark.parametrize(

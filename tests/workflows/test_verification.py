@@ -220,6 +220,15 @@ def test_a_check_of_no_level_or_with_a_bare_job_is_one_row(monkeypatch, more):
     assert "case 'wrong': checks raised" in row["note"]
 
 
+def test_a_hidden_case_of_another_package_is_a_row_of_all(monkeypatch, tmp_path):
+    hidden = {"lib:bounce": "package 'dem-harness' has a case of this name"}
+    monkeypatch.setattr("harness.workflows.verification.hidden_cases", lambda: hidden)
+    run = verified(cases="all", output=tmp_path / "run")
+    (row,) = records(run, case="lib:bounce")
+    assert (row["verdict"], row["note"]) == ("not tested", hidden["lib:bounce"])
+    assert not records(verified(cases="bounce"), case="lib:bounce")
+
+
 def test_texts_that_an_engine_cannot_give_cost_no_rows():
     texts = dict.fromkeys(("logs", "script_text"), lambda *_: 1 / 0)
     run = verify("quick", open_engine=lambda _: type("Textless", (doubles.Good,), texts)())
