@@ -81,7 +81,16 @@ class Drop(EqualSpheres):
                 f"{math.hypot(self.speed, self.sideways):g} m/s, gravity = {self.gravity:g} m/s2: "
                 f"must be from {LEAST_OVERLAP:.2g} to 0.5"
             )
+        self._check_end()
         return self
+
+    def _check_end(self) -> None:
+        if self.zeta < 1.0 or self.contact.clipped or self.gravity:
+            return
+        text, ratio = "contact.restitution = 0: must be greater than 0", self.contact.damping_ratio
+        if ratio is not None:
+            text = f"contact.damping_ratio = {ratio:g}: must be below {ratio / self.zeta:.4g}"
+        raise ValueError(f"{text}, or contact.tail = clipped: the contact never ends")
 
     @property
     def steps(self) -> int:

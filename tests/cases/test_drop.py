@@ -13,6 +13,7 @@ from harness.cases.checks import run_checks
 from harness.cases.drop import CASE, Drop, contacts
 from harness.engines.reference import Reference
 from harness.errors import EngineCrashError
+from harness.model.law import Contact
 from harness.results.rows import Verdict
 from tests.cases.common import assert_refused, verdicts
 from tests.cases.scene_faults import coefficient, scaled
@@ -203,6 +204,8 @@ def test_no_scale_exceeds_three_times_the_largest_value(measured):
         ({"steps_per_contact": 0.0}, "steps_per_contact = 0.0"),
         ({"density": 1e300}, "beyond floating point"),
         ({"mass": 1.0}, "no such parameter"),
+        ({"contact": Contact(restitution=0.0)}, "contact.restitution = 0: must be greater than 0"),
+        ({"contact": Contact(damping_ratio=2.0, effective_mass="half")}, "must be below 1.414"),
     ],
 )
 def test_bad_parameters(values, line):
