@@ -70,6 +70,7 @@ class OverRowCase(Case[R]):
         Quantity("runs", "1", "runs behind the critical angle", 10.0, varies=("angle", "phase")),
     )  # fmt: skip
 
+    exact_by = "rigid grains"  # in closed form; by events with rebounds, integrated with friction
     run_job: ClassVar[Callable[..., Job]]  # of a case, a route and the steps between samples
 
     def job(self, parameters: R) -> Job:
