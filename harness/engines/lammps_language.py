@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -195,9 +196,9 @@ class LammpsLanguage(ScriptedEngine):
         (folder / "batch.in").write_text("\n".join([*lines, ""]), encoding="utf-8")
         return self.command(tasks)
 
+    @abstractmethod
     def command(self, tasks: Sequence[Task]) -> list[str]:
         """Return the words that run ``batch.in``."""
-        raise NotImplementedError
 
     def template_text(self, task: Task) -> str:
         """Return the script of a template, the values of the job before its defaults."""
@@ -226,13 +227,13 @@ class LammpsLanguage(ScriptedEngine):
         is_done = (place / DONE).exists()
         return self.read_samples(place, self.scene_of(task.job)) if is_done else None
 
+    @abstractmethod
     def read_samples(self, folder: Path, scene: Scene) -> Motion:
         """Return the motion that the script of a scene wrote into a folder.
 
         Raise EngineOutputError for samples that are missing or of another shape, EngineNaNError
         for one that is not finite.
         """
-        raise NotImplementedError
 
     # ---- results
 

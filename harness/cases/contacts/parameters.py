@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
+from abc import abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -199,17 +200,17 @@ class ContactSystem(Law):
 
     # ---- one run
 
+    @abstractmethod
     def scene(self) -> Scene:
         """Return the scene of a run. Raise RequestError for parameters that cannot be run."""
-        raise NotImplementedError
 
     def absent(self) -> Collection[str]:
         """Return the names of the case's quantities that a run does not have."""
         return ()
 
+    @abstractmethod
     def observe(self, motion: Motion) -> Mapping[str, float]:
         """Return the quantities of a motion."""
-        raise NotImplementedError
 
     def exact(self) -> Mapping[str, float]:
         """Return the quantities with a closed form."""
