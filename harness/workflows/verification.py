@@ -382,14 +382,16 @@ class Session:
         wrong: list[str] = []
         for case in map(get_case, QUALIFYING):
             key = engine.name, case.name
-            requested = self.checks.get(key, [])
+            requested = {_route(check): check for check in self.checks.get(key, ())}
             try:
-                self.checks[key] = requested or qualifying(case, engine)
-                rows = self._rows(*key, self.checks[key])
+                needed = {_route(check): check for check in qualifying(case, engine)}
+                self.checks[key] = [*(requested or needed).values()]
+                rows = self._rows(*key, [*(requested | needed).values()])
             except HarnessError as error:
                 rows = [error_row(self._blank(*key), error)]
             failures = [row for row in rows if row.verdict is Verdict.FAIL]
-            self.rows[key] = rows if requested or not self.checks.get(key) else failures
+            kept = [row for row in rows if row in failures or _route(row) in requested]
+            self.rows[key] = kept if self.checks.get(key) else rows
             wrong += [row.name for row in failures]
         return wrong
 
@@ -429,6 +431,10 @@ class Session:
                 self._add(not_tested(self._blank(engine, case.name), reason))
         if not any(name == engine for name, _ in self.rows):  # under a pattern of other names
             self.rows[engine, ""] = [not_tested(self._blank(engine, ABOUT_ENGINES), reason)]
+
+
+def _route(item: Check | Row) -> tuple[str, str, str]:
+    return item.setup, item.quantity, item.check
 
 
 def returned(case: Case[Any], call: str, *arguments: Any) -> list[Any]:

@@ -146,6 +146,21 @@ def test_an_engine_that_does_not_qualify_is_tested_no_further():
     assert set(verified("good", cases="bounce2").rows["case"]) == {"bounce2"}  # no reason, no rows
 
 
+def test_an_engine_qualifies_by_all_quick_rows_whatever_a_pattern_shows(monkeypatch):
+    stiff = doubles.Off.scene_of
+    monkeypatch.setattr(
+        doubles.Off,
+        "scene_of",
+        lambda self, job: stiff(self, job) if job.scene.steps == 200 else job.scene,
+    )
+    run = verified("off,good", "default", only="bounce/400 steps")
+    found = {(row["engine"], row["setup"]): row["verdict"] for row in records(run, case="bounce")}
+    assert found["off", "400 steps"] == "pass"
+    assert found.pop(("off", "200 steps")) == "fail"  # the reason
+    assert run.meta.unqualified == ("off",)
+    assert {setup for _, setup in found} == {"400 steps"}
+
+
 @pytest.mark.usefixtures("other")
 def test_rows_that_an_engine_was_not_qualified_for_are_none_that_got_worse(monkeypatch):
     accepted = verified("good", cases="bounce2").rows.replace({"engine": {"good": "off"}})
