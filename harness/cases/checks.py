@@ -7,7 +7,8 @@ Rows that share the scenes of their jobs are one run. Where one of them fails, t
 with the switch of each defect that may act there. The run has a defect where all its rows that are
 compared with other codes hold with the switch. A search, which runs more scenes than its first
 ones, has the defect with which the reference gives its value. A row without a scene can only have
-the error of a defect, or one that is undetermined.
+the error of a defect, or one that is undetermined. Such a one excuses no row that is off by more
+than its size, if that is known, and the row says that it hides other faults.
 """
 
 from __future__ import annotations
@@ -106,9 +107,9 @@ def run_checks(
 ) -> list[Row]:
     """Return the row of each check, in order. Raise ValueError for two checks of one key.
 
-    With known ``defects`` a failing row becomes one of them, or is not tested where that defect is
-    undetermined; a row that passes without a defect of the release is fixed. The note of any other
-    failure names the single conventions under which its run would hold.
+    With known ``defects`` a failing row has those that explain it, or is not tested where one of
+    them is undetermined; a row that passes without a defect of the release is fixed. The note of
+    any other failure names the single conventions under which its run would hold.
     """
     keys = Counter((check.setup, check.quantity, check.check) for check in checks)
     for key, count in keys.items():
@@ -351,12 +352,13 @@ class _Run:
         if any(row.failure is Failure.HARNESS for row in failing):
             return self.rows  # an error of this package is no defect of the engine
         if dead := [row for row in failing if math.isnan(row.value)]:
-            return self._marked({row.key: error_defect(self.defects, row.note) for row in dead})
-        defect = explanation(self.defects, self.trial) if self.trial else None
-        defect = defect or next(filter(self._is_given_by, self.defects), None)
-        defect = defect or next((d for d in self.defects if d.undetermined), None)
+            errors = {row.key: error_defect(self.defects, row.note) for row in dead}
+            return self._marked({key: (defect,) for key, defect in errors.items() if defect})
+        found = explanation(self.defects, self.trial) if self.trial else ()
+        found = found or tuple(filter(self._is_given_by, self.defects))[:1]
+        found = found or next(filter(None, map(self._hidden_by, self.defects)), ())
         deciding = {row.key: row.quantity for _, row in self.deciding if row in failing}
-        if defect is None:
+        if not found:
             passing = self._passing_rules()
             return [
                 replace(row, note=joined(row.note, passing)) if row.key in deciding else row
@@ -368,19 +370,34 @@ class _Run:
             for row in failing
             if row.kind is Kind.CROSS_CODE or not self.trial or row.quantity in deciding.values()
         ]
-        return self._marked({row.key: defect for row in explained})
+        return self._marked({row.key: found for row in explained})
 
-    def _marked(self, causes: Mapping[Key, KnownDefect | None]) -> list[Row]:
+    def _marked(self, causes: Mapping[Key, Sequence[KnownDefect]]) -> list[Row]:
         rows = []
         for row in self.rows:
-            if defect := causes.get(row.key):
-                verdict = Verdict.NOT_TESTED if defect.undetermined else Verdict.KNOWN_DEFECT
-                note = joined(defect.undetermined, defect.note, row.note)
+            if defects := causes.get(row.key):
+                open_ = any(defect.undetermined for defect in defects)
                 row = replace(
-                    row, verdict=verdict, failure=Failure.NONE, defect=defect.name, note=note
+                    row,
+                    verdict=Verdict.NOT_TESTED if open_ else Verdict.KNOWN_DEFECT,
+                    failure=Failure.NONE,
+                    defect=", ".join(defect.name for defect in defects),
+                    note=joined(*(defect.note for defect in defects), row.note),
                 )
             rows.append(row)
         return rows
+
+    def _hidden_by(self, defect: KnownDefect) -> tuple[KnownDefect, ...]:
+        """Return an undetermined defect whose size the rows have, with those next to it."""
+        if not defect.undetermined:
+            return ()
+        rows = [row for _, row in self.deciding or self.judged if row.verdict is Verdict.FAIL]
+        size = defect.largest
+        if size is None or all(abs(row.difference) <= size * row.tolerance for row in rows):
+            return (defect,)
+        trial = self.trial and replace(self.trial, holds=partial(self._holds, size=size))
+        others = explanation(self.defects, trial) if trial else ()
+        return (defect, *others) if others else ()
 
     def _fixed(self) -> list[Row]:
         """Mark the rows that show that a defect is gone: its switch would move them."""
@@ -426,9 +443,9 @@ class _Run:
                 motion = self.bench.motion(jobs[0])
         return Trial(rules, self._holds, motion)
 
-    def _holds(self, motions: Motions) -> bool:
+    def _holds(self, motions: Motions, size: float = 1.0) -> bool:
         bench = self.bench.substituting(motions)
-        return all(_passes(bench, check, row) for check, row in self.deciding)
+        return all(_passes(bench, check, row, size) for check, row in self.deciding)
 
     def _is_given_by(self, defect: KnownDefect) -> bool:
         """Return whether the reference gives the values that fail, with a switch and only so."""
@@ -471,5 +488,8 @@ class _ReferenceBench(Bench):
         return self._memo(scene, lambda: trial.motions(self._defects)[scene])
 
 
-def _passes(bench: Bench, check: Check, row: Row) -> bool:
-    return row_in(bench, check, row).verdict is Verdict.PASS
+def _passes(bench: Bench, check: Check, row: Row, size: float = 1.0) -> bool:
+    """Return whether a row passes, or with a ``size`` above 1 is off by so many tolerances."""
+    row = row_in(bench, check, row)
+    near = size > 1.0 and abs(row.difference) <= size * row.tolerance
+    return near or row.verdict is Verdict.PASS

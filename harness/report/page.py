@@ -35,6 +35,7 @@ from harness.results.rows import (
     Kind,
     Row,
     Verdict,
+    defects_of,
     row_name,
     rows_of,
 )
@@ -342,10 +343,13 @@ def _cause_key(row: Row) -> tuple[str, ...]:
 def _cause(group: Sequence[Entry], defects: Defects) -> Cause:
     row = group[0].row
     if row.defect:
-        defect = defects.get(row.defect, {})
-        sentences = [defect_sentence(defect) if defect else row.note]
-        sentences += [f"Upstream: {defect['upstream']}."] if defect.get("upstream") else []
-        command = f"dem-harness defect {row.defect}" if defect.get("script") else ""
+        known = {name: defects[name] for name in defects_of(row.defect) if name in defects}
+        sentences = [] if known else [row.note]
+        for defect in known.values():
+            sentences.append(defect_sentence(defect))
+            sentences += [f"Upstream: {defect['upstream']}."] if defect.get("upstream") else []
+        scripts = (name for name, defect in known.items() if defect.get("script"))
+        command = "\n".join(f"dem-harness defect {name}" for name in scripts)
         return Cause(row.verdict, row.defect, [*filter(None, sentences)], group, command)
     if row.verdict is Verdict.NOT_TESTED:
         reasons = Counter(entry.row.note or "no reason" for entry in group).most_common()

@@ -25,6 +25,7 @@ from harness.files import check_replaceable, safe_path, whole_folder
 from harness.report.content import Badge
 from harness.report.page import defect_releases, defect_sentence
 from harness.report.render import document, html_page, matrix, verdict_badges
+from harness.results.compare import by_defect
 from harness.results.rows import KEY, Verdict, table
 from harness.store.runs import Run, read_rows, read_run
 
@@ -249,7 +250,8 @@ def _defects_html(pages: _Pages, rows: pd.DataFrame) -> str:
     """Return the text of the page of known defects: causes, releases, and scripts as files."""
     file = pages.root / "inputs" / "known-defects.toml"
     defects = tomllib.loads(file.read_text("utf-8")).get("defect", {}) if file.is_file() else {}
-    numbers = rows[rows["verdict"] == Verdict.KNOWN_DEFECT].groupby(["version", "defect"]).size()
+    marked = by_defect(rows[rows["verdict"] == Verdict.KNOWN_DEFECT])
+    numbers = marked.groupby(["version", "defect"]).size()
     versions = sorted(numbers.index.unique("version"), key=release_of)
     lines, details = [], []
     for name, defect in defects.items():

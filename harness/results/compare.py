@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from harness.results.rows import COLUMNS, KEY, Kind, Verdict
+from harness.results.rows import COLUMNS, KEY, Kind, Verdict, defects_of
 
 Mask = NDArray[np.bool_]
 Covers = Callable[[pd.DataFrame], Mask]  # which rows, by key and level, a run was to have
@@ -126,10 +126,15 @@ def defect_counts(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Return in how many cells of each run a known defect was found: defects by runs."""
     columns = {}
     for name, rows in runs.items():
-        marked = rows[rows["verdict"] == Verdict.KNOWN_DEFECT]
+        marked = by_defect(rows[rows["verdict"] == Verdict.KNOWN_DEFECT])
         places = marked.drop_duplicates(["defect", "case", "setup", "engine"])
         columns[name] = places.groupby("defect").size()
     return pd.DataFrame(columns).fillna(0).astype(int)
+
+
+def by_defect(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return rows with one known defect each: a row of several once for each."""
+    return rows.assign(defect=rows["defect"].map(defects_of)).explode("defect")
 
 
 def counts(rows: pd.DataFrame) -> pd.DataFrame:

@@ -46,7 +46,8 @@ class KnownDefect(Parameters):
     of a row's ``check``; * and ? match. Exactly one effect is given: fields of ``faults``,
     ``rules`` and ``law`` of the reference, a text where a value or coefficient of the scene is
     meant; the name of an unknown to ``fit``; an ``error``, part of the message with which the run
-    ends; or the reason why the effect is ``undetermined``.
+    ends; or the reason why the effect is ``undetermined``. Of such a one ``largest`` is the most by
+    which it moves a value.
     """
 
     # fmt: off
@@ -71,6 +72,8 @@ class KnownDefect(Parameters):
     fit: Literal["", "torsion_reversed_at", "setup_torque"] = Field("", description="[-]")
     error: str = Field("", description="[-]")
     undetermined: str = Field("", description="[-]")
+    largest: float | None = Field(
+        None, gt=1.0, description="[-] effect of an undetermined one over tolerances; any, if none")
     # fmt: on
 
     @model_validator(mode="after")
@@ -78,6 +81,8 @@ class KnownDefect(Parameters):
         effects = [self.switched, bool(self.fit), bool(self.error), bool(self.undetermined)]
         if sum(effects) != 1:
             raise ValueError("needs one of faults, rules and law; fit; error; undetermined")
+        if self.largest and not self.undetermined:
+            raise ValueError("largest: goes with undetermined alone")
         Faults(**{k: v for k, v in self.faults.items() if not _is_computed(k, v)})
         Rules(**self.rules)
         for name, value in self.law.items():  # its other fields are those of the scene's law
@@ -103,7 +108,12 @@ class KnownDefect(Parameters):
         pointer = f"; {self.script} shows it" if self.script else ""
         word = "known defect" if self.kind == "defect" else self.kind
         option = f" with {self.command}" if self.command else ""
-        return f"{word} {self.name}{option}: {self.cause}; upstream: {self.upstream}{pointer}"
+        note = f"{word} {self.name}{option}: {self.cause}; upstream: {self.upstream}{pointer}"
+        if not self.undetermined:
+            return note
+        size = f" up to {self.largest:g} tolerances" if self.largest else ""
+        hidden = f"whatever else may be wrong in this row{size} is hidden by it"
+        return f"{self.undetermined}; {hidden}; {note}"
 
     def concerns(self, row: Row) -> bool:
         """Return whether it may act in a row: its case, setup, engine, check and version."""
@@ -192,10 +202,10 @@ class Trial:
         return passing
 
 
-def explanation(defects: Sequence[KnownDefect], trial: Trial) -> KnownDefect | None:
-    """Return the known defect of a failing run, None where none explains all its rows.
+def explanation(defects: Sequence[KnownDefect], trial: Trial) -> tuple[KnownDefect, ...]:
+    """Return the known defects of a failing run, none where they do not explain all its rows.
 
-    Of defects that act together, the first without which the run does not hold is returned.
+    Of defects that act together, those without which the run does not hold are returned.
     """
     switched = tuple(defect for defect in defects if defect.switched)
     groups: list[tuple[KnownDefect, ...]] = [(defect,) for defect in switched]
@@ -203,12 +213,14 @@ def explanation(defects: Sequence[KnownDefect], trial: Trial) -> KnownDefect | N
         groups += [switched, *(_without(switched, defect) for defect in switched)]
     for group in groups:
         if trial.holds_with(group):
-            needed = [d for d in group if not trial.holds_with(_without(group, d))]
-            return (needed or group)[0]
+            needed = tuple(d for d in group if not trial.holds_with(_without(group, d)))
+            return needed or group[:1]
     for defect in defects if trial.motion is not None else ():
-        if defect.fit and any(FITS[defect.fit](trial, others) for others in ((), switched)):
-            return defect
-    return None
+        if defect.fit and (fit := FITS[defect.fit])(trial, ()):
+            return (defect,)
+        if defect.fit and fit(trial, switched):
+            return (defect, *(d for d in switched if not fit(trial, _without(switched, d))))
+    return ()
 
 
 def error_defect(defects: Sequence[KnownDefect], message: str) -> KnownDefect | None:

@@ -105,7 +105,7 @@ class Row:
     failure: Failure = Failure.NONE
     reason: str = ""  # of the tolerance
     note: str = ""  # what went wrong, or what to look at
-    defect: str = ""  # name of the known defect behind the verdict
+    defect: str = ""  # names of the known defects behind the verdict
     level: str = ""  # shortest level of `verify` that runs it
     inputs: str = ""  # digest of what the engine was given
     log: str = ""  # of a failed run: its text, and the name of its file in a stored run
@@ -195,6 +195,11 @@ def failed(row: Row, failure: Failure, note: str, log: str = "") -> Row:
 def matches(path: str, only: str) -> bool:
     """Return whether a pattern matches ``case/setup/quantity``, its start, or its end."""
     return any(fnmatchcase(path, pattern) for pattern in (only, f"{only}/*", f"*/{only}"))
+
+
+def defects_of(names: str) -> list[str]:
+    """Return the names of a row's known defects."""
+    return names.split(", ")
 
 
 def joined(*notes: str) -> str:

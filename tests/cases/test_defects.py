@@ -146,6 +146,22 @@ def test_a_run_with_a_defect_that_cannot_be_computed_is_not_tested():
     both = rows_of(Code(TSUJI_FAULT), (open_, WEAK.replace(name="switched")))
     assert rows[0].value == both[0].value
     assert both[0].defect == "switched"
+    assert "whatever else may be wrong in this row is hidden by it" in rows[0].note
+
+
+def test_an_undetermined_defect_of_a_known_size_hides_no_larger_failure():
+    """Also next to a defect with a switch, whose names the rows have then."""
+    late = KnownDefect(**{**ENTRY, "name": "late"}, undetermined="a step late", largest=1e4)
+    near, far = (Code(factor=1.0 + size) for size in (1e-7, 1e-3))
+    rows = rows_of(near, (late,))
+    assert verdicts(rows) == ["not tested", "pass", "not tested", "pass"]
+    assert "in this row up to 10000 tolerances is hidden by it" in rows[0].note
+    assert verdicts(rows_of(far, (late,))) == ["fail", "pass", "fail", "pass"]
+    both, more = (Code(TSUJI_FAULT, factor=1.0 + size) for size in (1e-7, 1e-3))
+    rows = rows_of(both, (late, WEAK))
+    assert verdicts(rows) == ["not tested"] * 3 + ["pass"]
+    assert {row.defect for row in rows[:3]} == {"late, weak"}
+    assert verdicts(rows_of(more, (late, WEAK))) == ["fail"] * 3 + ["pass"]
 
 
 def test_a_run_that_dies_with_the_message_of_a_defect():

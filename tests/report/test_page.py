@@ -110,6 +110,12 @@ def test_rows_of_one_defect_are_one_cause_and_failures_differ_by_engine_and_clas
               ("pass", "finding", "recorded")]  # fmt: skip
     assert sorted(entry.number for cause in groups for entry in cause.entries) == judged
     assert dict(groups[-1].reasons)["its walls mix no materials"] == 1
+    several = replace(entries[0].row, verdict=Verdict.KNOWN_DEFECT,
+                      defect="walls-without-friction, soft")  # fmt: skip
+    soft = {"cause": "springs are soft", "upstream": "issue 13", "script": "in.soft"}
+    (cause,) = causes(entries_of(table([several])), {**DEFECTS, "soft": soft})
+    assert cause.sentences[2:] == ["Springs are soft.", "Upstream: issue 13."]
+    assert cause.command.splitlines()[1] == "dem-harness defect soft"
     used = {(3.0, 4.0): "50 %", (1.0, 0.0): "0 %", (3.0, 0.0): "", (1e6, 1.0): "> 1e4 %"}
     for (value, tolerance), percent in used.items():
         row = replace(ANGLE, value=value, expected=1.0, tolerance=tolerance, verdict=Verdict.PASS)

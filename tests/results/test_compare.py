@@ -208,6 +208,8 @@ def test_counts_of_verdicts_and_defects():
     assert numbers.loc["cross-code", "fail"] == 2
     assert numbers.loc["recorded", "recorded"] == 1
     assert defect_counts({"2022": rows(), "2023": late.iloc[:2]}).loc["weak"].tolist() == [1, 0]
+    both = rows().replace({"defect": {"weak": "weak, soft"}})
+    assert defect_counts({"1": both})["1"].to_dict() == {"soft": 1, "weak": 1}
 
 
 def test_a_cell_has_its_worst_verdict_and_an_untested_variation_does_not_count():

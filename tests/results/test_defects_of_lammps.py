@@ -82,10 +82,10 @@ def explained(row, scene, outcome, defects=None):
     known = DEFECTS.values() if defects is None else defects
     acting = [defect for defect in known if defect.concerns(row)]
     if isinstance(outcome, EngineError):
-        found = error_defect(acting, f"{outcome.kind}: {outcome}")
+        found = [error_defect(acting, f"{outcome.kind}: {outcome}")]
     else:
         found = explanation(acting, Trial({scene: rules(scene)}, holds, outcome))
-    return found.name if found else ""
+    return ", ".join(defect.name for defect in found if defect)
 
 
 def row_of(setup, check="", version=WHEEL):
