@@ -129,6 +129,7 @@ class Case(ABC, Generic[P]):
     sources: Mapping[str, str] = MappingProxyType({})  # preset: where it was published
     solvers: Sequence[str] = ()  # names of solvers of this package that `solve` runs
     exact_by: ClassVar[str] = "closed form"  # in the legend of a figure: the source of `exact`
+    has_figures: ClassVar[bool] = False  # at level quick: matplotlib is loaded while engines run
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

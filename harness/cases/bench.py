@@ -8,8 +8,9 @@ from __future__ import annotations
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from harness.engines.base import SCENE, Engine, Job, Output
@@ -97,28 +98,30 @@ class Bench:
 
     def prepare(self, jobs: Sequence[Job]) -> None:
         """Run jobs that were not run yet, in one batch. The error of a run is its outcome."""
-        claimed = [(job, future) for job in jobs if (future := self._runs.claim(job_key(job)))]
-        if not claimed:
-            return
+        self._run(self._claimed(jobs))
+
+    def claim_scenes(self, jobs: Iterable[Job]) -> Callable[[], None]:
+        """Return a call that runs the jobs that are scenes alone, whose outcomes others wait for.
+
+        They share batches, as a process takes as long to start as many of them to run.
+        """
+        scenes = (job for job in jobs if job.template is SCENE and not self.refusal(job))
+        return partial(self._run, self._claimed(scenes))
+
+    def _claimed(self, jobs: Iterable[Job]) -> list[tuple[Job, Future[Any]]]:
+        """Return the jobs that nobody has run yet, each with the future of its outcome."""
+        return [(job, future) for job in jobs if (future := self._runs.claim(job_key(job)))]
+
+    def _run(self, claimed: Sequence[tuple[Job, Future[Any]]]) -> None:
         futures = [future for _, future in claimed]
         try:
-            for place, outcome in self.engine.outcomes([job for job, _ in claimed]):
+            for place, outcome in self.engine.outcomes([j for j, _ in claimed]) if claimed else ():
                 futures[place].set_result(outcome)
         except BaseException as error:
             for future in futures:
                 if not future.done():
                     future.set_exception(error)
             raise
-
-    def prepare_scenes(self, jobs: Iterable[Job]) -> None:
-        """Run the jobs that are scenes alone in one batch: a process takes as long to start."""
-        scenes = [job for job in jobs if job.template is SCENE and not self.refusal(job)]
-        pool = ThreadPoolExecutor(1)  # checks wait for processes, and then for the reference
-        pool.map(self.reference, filter(None, (job.scene for job in scenes)))
-        try:
-            self.prepare(scenes)
-        finally:
-            pool.shutdown(cancel_futures=True)
 
     def outcomes(self, jobs: Sequence[Job]) -> list[Output | EngineError]:
         """Return the output of each job, or the error of its run, in order."""

@@ -106,11 +106,12 @@ def report_files(
     return files
 
 
-def load() -> None:
-    """Load what the first report needs: matplotlib with its fonts, templates; a second or two."""
-    from harness.report.figures import panels
+def load(*, figures: bool) -> None:
+    """Load what the first report needs: templates, matplotlib with its fonts; a second or two."""
+    if figures:
+        from harness.report.figures import panels
 
-    draw(Drawing("empty", "", "", partial(panels, 1, 1)))
+        draw(Drawing("empty", "", "", partial(panels, 1, 1)))
     template(HTML, html=True)
     template(MARKDOWN, html=False)
 

@@ -368,7 +368,8 @@ def _looks(
     scene: Scene, step: float, steps: int, first: int, every: int
 ) -> Iterator[reference.Simulation]:
     """Yield a run from half a step before touch, every so many steps after the ``first``."""
-    run = before(scene.replace(step=step, steps=steps, every=steps), 0.5 * step)
+    fine = scene.model_copy(update={"step": step, "steps": steps, "every": steps})  # as checked
+    run = before(fine, 0.5 * step)
     simulation = reference.Simulation(run, LIMIT)
     simulation.advance(first)
     while not simulation.over:

@@ -12,7 +12,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -37,8 +37,8 @@ from harness.cases.registry import (
     selected_names,
     words_in,
 )
-from harness.engines.base import Engine, job_seconds
-from harness.engines.process import one_thread, parallel_each
+from harness.engines.base import SCENE, Engine, Job, job_seconds
+from harness.engines.process import one_thread, parallel_each, parallel_map
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import (
     BrokenCaseError,
@@ -110,11 +110,13 @@ def verify(  # noqa: PLR0913 - the options of a user
 
     An engine that is missing, dies or does not qualify, a case that raises, and of ``all`` a
     broken engine, or a broken or hidden case, of another package, are rows. Raise RequestError,
-    before anything runs, for an unknown level, case, engine or pattern; BrokenCaseError for a
-    broken case that is named.
+    before a case runs, for an unknown level, case, engine or pattern; BrokenCaseError for a broken
+    case that is named.
     """
     if level not in LEVELS:
         raise RequestError(f"level = {level!r} is not known: must be one of {', '.join(LEVELS)}")
+    if output is not None:
+        check_folder(Path(output))
     cases = ALL if only and cases is None else cases
     chosen, broken = list[Case[Any]](), dict[str, str]()
     for name in selected_names(cases):
@@ -129,7 +131,9 @@ def verify(  # noqa: PLR0913 - the options of a user
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
         defects = load_defects(None if known_defects is None else Path(known_defects))
-        session = Session(level, only or "*", chosen, defects, progress, broken=broken)
+        ahead = ThreadPoolExecutor(SIDE_BY_SIDE)
+        stack.callback(ahead.shutdown, cancel_futures=True)
+        session = Session(level, only or "*", chosen, defects, progress, ahead, broken=broken)
         opening = open_engine if executor is None else partial(opened_on, executor)
         session.open(selected_engines(engines), opening, stack)
         everything = ALL in words_in(engines)
@@ -137,9 +141,9 @@ def verify(  # noqa: PLR0913 - the options of a user
         accepted = accepted_rows(versions)
         session.plan()
         check_duration(session.seconds())
-        loading = Thread(target=_load_report)
+        has_figures = any(case.has_figures for case in chosen)
+        loading = Thread(target=_load_report, args=(has_figures,))
         if output is not None:  # it takes long: engines run meanwhile
-            check_folder(Path(output))
             loading.start()
         session.run()
         meta = Meta(
@@ -189,17 +193,19 @@ def _compiled_chains(*, if_new: bool) -> Iterator[Callable[[], Any]]:
             process.kill()
 
 
-def _load_report() -> None:
+def _load_report(has_figures: bool) -> None:
     from harness.report import page
 
-    page.load()
+    page.load(figures=has_figures)
 
 
 @dataclass
 class Session:
     """A verification on its way: benches by engine, checks by engine and case, rows so far.
 
-    ``broken`` are the cases that cannot be used, broken or hidden, with the reason.
+    ``broken`` are the cases that cannot be used, broken or hidden, with the reason. ``ahead`` makes
+    what is needed later: runs of qualifications while checks are listed, references while engines
+    run.
     """
 
     level: Level
@@ -207,6 +213,7 @@ class Session:
     cases: Sequence[Case[Any]]
     defects: Sequence[KnownDefect]
     progress: Progress
+    ahead: Executor
     broken: Mapping[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     benches: dict[str, Bench] = field(default_factory=dict)
@@ -254,7 +261,12 @@ class Session:
         return [finding(row) for row in rows]
 
     def plan(self) -> None:
-        """List the checks; raise RequestError where the pattern selects none of them."""
+        """List the checks, while engines run their qualification.
+
+        Raise RequestError where the pattern selects none of them.
+        """
+        for engine in self.engines:
+            self.ahead.submit(self._prepare_qualification, self.benches[engine.name])
         for name, reason in self.broken.items():
             self._add(not_tested(self._blank(OWN, name), reason))
         for case in self.cases:
@@ -273,6 +285,12 @@ class Session:
                 f"--only {self.only!r}: matches no case/setup/quantity of this level"
             )
 
+    @staticmethod
+    def _prepare_qualification(bench: Bench) -> None:
+        checks = (qualifying(get_case(name), bench.engine) for name in QUALIFYING)
+        jobs = (job for check in chain(*checks) for job in check.jobs)
+        bench.prepare([job for job in jobs if not bench.refusal(job)])
+
     def seconds(self) -> float:
         """Return the expected time of all jobs on one core [s]."""
         total = 0.0
@@ -284,33 +302,27 @@ class Session:
         return total
 
     def run(self) -> None:
-        """Run qualifications beside this package's solvers, then cases, then comparisons."""
+        """Run qualifications, then cases of engines and of this package, then comparisons."""
         tested = {name for (name, _), checks in self.checks.items() if checks}
         compared = any(self.comparisons.values())
         engines = [engine for engine in self.engines if compared or engine.name in tested]
-        of_solvers = {key: checks for key, checks in self.checks.items() if key[0] == OWN}
-
-        def begin(engine: Engine | None) -> list[str]:
-            if engine is not None:
-                return self._qualify(engine)
-            wait()
-            self._run("", of_solvers)
-            return []
-
-        with _compiled_chains(if_new=any(of_solvers.values())) as wait:
-            failures = dict(parallel_each(begin, [*engines, None], SIDE_BY_SIDE))
-        for place, wrong in failures.items():
-            if wrong:
-                more = f" and {len(wrong) - 1} more" if wrong[1:] else ""
-                name = engines[place].name
-                del self.benches[name]
-                self.unqualified.append(name)
-                self._skip(name, f"not qualified: {wrong[0]}{more}")
-        if any(failures.values()):
-            self._plan_comparisons()
-        done = {*of_solvers, *((engine.name, case) for engine in engines for case in QUALIFYING)}
-        rest = (k for k in self.checks if k not in done and k[0] in self.benches)
-        self._run("", {key: self.checks[key] for key in rest})
+        for (name, _), checks in self.checks.items():
+            for job in (job for check in checks for job in check.jobs):
+                if job.template is SCENE and job.scene is not None:
+                    self.ahead.submit(self.benches[name].reference, job.scene)
+        with _compiled_chains(if_new=OWN in tested) as wait:
+            failures = parallel_map(self._qualify, engines, SIDE_BY_SIDE)
+            for engine, wrong in zip(engines, failures, strict=True):
+                if wrong:
+                    more = f" and {len(wrong) - 1} more" if wrong[1:] else ""
+                    del self.benches[engine.name]
+                    self.unqualified.append(engine.name)
+                    self._skip(engine.name, f"not qualified: {wrong[0]}{more}")
+            if any(failures):
+                self._plan_comparisons()
+            done = {(engine.name, case) for engine in engines for case in QUALIFYING}
+            rest = (k for k in self.checks if k not in done and k[0] in self.benches)
+            self._run("", {key: self.checks[key] for key in rest}, wait)
         self._run("comparisons", self.comparisons)
 
     def all_rows(self) -> list[Row]:
@@ -395,15 +407,34 @@ class Session:
             wrong += [row.name for row in failures]
         return wrong
 
-    def _run(self, stage: str, plan: Mapping[Key, list[Check]]) -> None:
+    def _run(
+        self, stage: str, plan: Mapping[Key, list[Check]], wait: Callable[[], Any] = lambda: None
+    ) -> None:
+        """Run the checks of a plan, scenes in batches, as soon as what they need is there.
+
+        The checks ``wait`` for solvers, in which engines may run already.
+        """
         items = [(*key, checks) for key, checks in plan.items() if checks]
+        items.sort(key=lambda item: (item[0] != OWN, -len(item[2])))  # no long one is the last
         totals, done = Counter(engine for engine, *_ in items), Counter[str]()
-        for engine in totals:
-            checks = [check for name, _, planned in items if name == engine for check in planned]
-            with suppress(HarnessError):  # of all runs, which each row reports
-                self.benches[engine].prepare_scenes(job for c in checks for job in c.jobs)
-        for place, rows in parallel_each(lambda item: self._rows(*item), items, SIDE_BY_SIDE):
-            engine, case, _ = items[place]
+        jobs: dict[str, list[Job]] = {engine: [] for engine in totals}
+        for engine, _, checks in items:
+            jobs[engine] += [job for check in checks for job in check.jobs]
+        scenes = [self.benches[engine].claim_scenes(jobs[engine]) for engine in totals]
+
+        def work(item: tuple[str, str, list[Check]] | None) -> list[Row]:
+            if item is not None:
+                wait()
+                return self._rows(*item)
+            for run in scenes:  # the checks of a case wait for its own scenes alone
+                with suppress(HarnessError):  # of all runs, which each row reports
+                    run()
+            return []
+
+        for place, rows in parallel_each(work, [None, *items], SIDE_BY_SIDE + 1):
+            if place == 0:
+                continue
+            engine, case, _ = items[place - 1]
             self.rows.setdefault((engine, case), []).extend(rows)
             done[engine] += 1
             self.progress(f"{engine} {stage}".strip(), done[engine], totals[engine])

@@ -129,6 +129,7 @@ class BulkCase(Case[B]):
     """
 
     group = "bulk"
+    has_figures = True
     parameters: ClassVar[type[Bed]]
     template: ClassVar[Template]
     text: ClassVar[str]

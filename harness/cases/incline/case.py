@@ -113,6 +113,7 @@ class InclineCase(OverRowCase[Incline]):
     """A grain on a tilted row of fixed spheres: the critical angle, with and without friction."""
 
     name = "incline"
+    has_figures = True
     summary = "A grain on a tilted row of fixed spheres: the critical angle of steady motion."
     parameters = Incline
     presets = {  # noqa: RUF012 - as the base declares it

@@ -284,6 +284,7 @@ class FlowCase(PackingCase[Flow]):
     """Frictionless layers in steady flow at one angle: friction, inertial number, profiles."""
 
     name = "layers-flow"
+    has_figures = True
     parameters = Flow
     quantities = (
         *_with_uncertainty("mean_speed", "of the grains, in sqrt(g d)", 1.0, 0.1),

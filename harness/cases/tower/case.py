@@ -97,6 +97,7 @@ class TowerCase(Case[TowerParameters]):
     """A grain that runs into a row of particles at rest: force, impulse, energy."""
 
     name = "tower"
+    has_figures = True
     group = "chains"
     summary = "A grain that runs into a row of particles at rest: force, impulse, energy."
     parameters = TowerParameters

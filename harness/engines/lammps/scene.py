@@ -62,14 +62,14 @@ class Variation:
 PLAIN = Variation()
 
 
-@lru_cache(maxsize=1024)  # refusals, checks and the reference each take them
+@lru_cache(maxsize=4096)  # refusals, checks and the reference each take them
 def rules(scene: Scene, release: str | None = None) -> Rules:
     """Return the conventions by which LAMMPS runs a scene.
 
     ``release`` is its date, as in 29 Aug 2024, the newest unless given. Raise Unsupported for a
     scene that LAMMPS, or this release, cannot run.
     """
-    script(scene)
+    script(scene, PLAIN)
     atoms = _atoms(scene, PLAIN)
     check_release((name for law in atoms.laws for name in names_of(law)), release)
     lever: Literal["radius", "contact_point"] = "radius" if atoms.is_old else "contact_point"
