@@ -186,7 +186,7 @@ def whole_folder(target: Path, *, replace: bool = False) -> Iterator[Path]:
 
     ``target`` must be missing or empty, unless it is to be replaced. On any exception nothing
     remains, and a folder to be replaced is as before. Raise FullDiskError where there is no space,
-    RequestError for a target that holds something by then.
+    RequestError for a target that is no longer empty.
     """
     place = target.resolve()  # a link stays one, and "." can be renamed
     try:

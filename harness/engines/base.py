@@ -6,8 +6,9 @@ its result, with log and provenance. A case makes jobs and reads outputs; only
 
 To add an engine, subclass :class:`Engine`: ``traits`` describes it, ``identify`` returns its
 provenance, ``rules`` the conventions by which it runs a scene, ``motions`` the motions of scenes.
-Override ``run`` for outputs of another kind. An engine of another package stands under the entry
-point ``dem_harness.engines``, one of this package in ``registry.py``. README.md has an example.
+Override ``run`` for outputs of another kind. An engine of another package is registered under
+the entry point ``dem_harness.engines``, one of this package in ``registry.py``. README.md has an
+example.
 
 Units are converted at this edge and nowhere else. Formulas are not shared with theory or solvers.
 """

@@ -65,7 +65,7 @@ def compare(
     Columns: the key, ``change``, ``moved_by`` [unit of the row], ``in_tolerances``,
     ``in_uncertainties``, and each other column of both tables with the endings ``_before`` and
     ``_after``. A row that one table lacks is not comparable where the request behind that table
-    does not cover it, or where its setup was not tested: one row then stands for all of the setup.
+    does not cover it, or where its setup was not tested: one row then represents all of the setup.
     """
     keys = list(KEY)
     both = before[list(COLUMNS)].merge(

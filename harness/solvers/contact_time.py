@@ -305,7 +305,7 @@ def _acceleration(approach: _Approach, x: float, v: float) -> float:
 
 @kernel
 def _bulk_force(approach: _Approach) -> float:
-    """Return K A^2 d / V [N] of each side, A = pi R d: nothing is left to the ellipse."""
+    """Return the bulk response K A^2 d / V [N], A = pi R d: the mean of both sides."""
     total, count = 0.0, 1 if approach.other == 0.0 else 2
     for k in range(count):
         r, depth = approach.system.bodies[k].radius, approach.system.sides[0, k].depth

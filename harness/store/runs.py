@@ -86,7 +86,7 @@ class Meta(Parameters):
     harness_version: str = ""
 
     def of_engines_that_ran(self) -> Meta:
-        """Return the request as if engines that ran no cases had been left out of it.
+        """Return the request without the engines that ran no cases.
 
         They could not be run, or do not qualify.
         """
@@ -218,7 +218,7 @@ class Run:
         """Return what changed from accepted rows.
 
         Those that were not requested are no change, and those of an engine that could not be run or
-        does not qualify neither: the headline says so once.
+        does not qualify neither: the headline names it once.
         """
         covers = self.meta.of_engines_that_ran().covers
         changes = compare(accepted, self.rows, covers_after=covers)

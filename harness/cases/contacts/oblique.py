@@ -9,8 +9,8 @@ outside, where Mindlin's springs stick or slip as a whole. The normalised incide
 nu) / (mu (2 - nu)) times the tangential over the normal velocity at the contact.
 
 A contact of its own tests a law. In the box each sphere has several at once, with neighbours and
-walls in all directions, and meets them again: a code must keep the history of each contact apart,
-and forget it when the contact ends.
+walls in all directions, and touches them again: a code must keep a history for each contact, and
+forget it when the contact ends.
 """
 
 from __future__ import annotations
@@ -239,7 +239,7 @@ class Spin(ContactSystem):
 
 
 class Box(ContactSystem):
-    """Eight spheres in a box, with velocities and spins in all directions: what energy is left.
+    """Eight spheres in a box, with velocities and spins in all directions: the energy that remains.
 
     Integrated under the code's conventions. Without dissipation the energy stays, but for the
     springs of contacts that last at the end.

@@ -254,7 +254,7 @@ class Lammps(LammpsLanguage):
 
     @cached_property
     def _mpirun(self) -> str:
-        """The launcher beside LAMMPS, else that on the path; EngineMissingError for a wrong one."""
+        """The launcher in LAMMPS's folder, else on the path; EngineMissingError for a wrong one."""
         mpirun = Path(self._scene_program).with_name("mpirun")
         if mpirun.exists():
             return str(mpirun)
