@@ -22,6 +22,10 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 
 Positive = Annotated[float, Field(ge=1e-30, le=1e30)]  # their products stay in double precision
 NotNegative = Annotated[float, Field(ge=0.0, le=1e30)]
+DIMENSIONS = {  # powers of length, mass and time of units
+    "N/m": (0, 1, -2), "kg/s": (0, 1, -1), "Pa": (-1, 1, -2), "J/m2": (0, 1, -2), "m": (1, 0, 0),
+    "N m": (2, 1, -2), "N m s": (2, 1, -1),
+}  # fmt: skip
 # keys of a JSON schema: the comparison that breaks a bound, and what is allowed
 _BOUNDS = {
     "exclusiveMinimum": ("<=", "greater than"),
@@ -98,6 +102,15 @@ def unit_in(description: str) -> str:
     """Return the unit in brackets that opens a description, empty for ``[-]``."""
     symbol = description[1:].partition("]")[0] if description.startswith("[") else ""
     return "" if symbol == "-" else symbol
+
+
+def unit_size(symbol: str, length: float, mass: float, time: float) -> float:
+    """Return the size [SI] of a unit where length, mass and time have others [m, kg, s].
+
+    1 of a pure number, and of a unit with none of the three.
+    """
+    x, y, z = DIMENSIONS.get(symbol, (0, 0, 0))
+    return length**x * mass**y * time**z
 
 
 def descriptions(kind: type[Parameters]) -> dict[str, str]:

@@ -29,7 +29,7 @@ from pydantic import (
     model_validator,
 )
 
-from harness.model.base import NotNegative, Parameters, Positive, unit
+from harness.model.base import NotNegative, Parameters, Positive, unit, unit_size
 from harness.model.conventions import Mean, mean
 
 Normal = Literal["hooke", "hertz", "dmt", "jkr", "mdr"]
@@ -132,10 +132,6 @@ HEAT: Table = {
 SUBMODELS: Mapping[str, Table] = {
     "normal": NORMAL, "damping": DAMPING, "tangential": TANGENTIAL, "rolling": ROLLING,
     "twisting": TWISTING, "heat": HEAT,
-}
-DIMENSIONS = {  # powers of length, mass and time of units
-    "N/m": (0, 1, -2), "kg/s": (0, 1, -1), "Pa": (-1, 1, -2), "J/m2": (0, 1, -2), "m": (1, 0, 0),
-    "N m": (2, 1, -2), "N m s": (2, 1, -1),
 }
 # fmt: on
 
@@ -383,13 +379,11 @@ class Law(Parameters):
 
     def in_units(self, length: float, mass: float, time: float) -> Law:
         """Return the law in other units [m, kg, s]; conductances stay, heat has its own."""
-        p, q, s = DAMPING[self.damping].powers
-        powers = {name: DIMENSIONS.get(unit(Law, name), (0, 0, 0)) for name in COEFFICIENTS}
-        powers["damping_coefficient"] = (-q, 1 - p - s, s - 1)
-        if self.damping == "mdr":
-            powers["damping_coefficient"] = (0, 0, 0)
-        scales = {n: length**x * mass**y * time**z for n, (x, y, z) in powers.items()}
-        return self.replace(**{n: v / scales[n] for n, v in self if n in scales and v is not None})
+        sizes = {n: unit_size(unit(Law, n), length, mass, time) for n in COEFFICIENTS}
+        if self.damping != "mdr":  # where the coefficient is a pure number
+            p, q, s = DAMPING[self.damping].powers
+            sizes["damping_coefficient"] = length**-q * mass ** (1 - p - s) * time ** (s - 1)
+        return self.replace(**{n: v / sizes[n] for n, v in self if n in sizes and v is not None})
 
 
 COEFFICIENTS = frozenset(

@@ -365,10 +365,8 @@ def after_shock(state: State, grain: Grain, half_angle: float) -> tuple[float, f
     ending_slip = (state.rim - forward) * grain.inertia / (1.0 + grain.inertia)
     limit = grain.friction * normal
     tangential = max(-limit, min(limit, ending_slip))
-    if tangential == ending_slip:
-        rolling = forward + tangential
-        return rolling, rolling
-    return forward + tangential, state.rim - tangential / grain.inertia
+    speed = forward + tangential
+    return speed, speed if tangential == ending_slip else state.rim - tangential / grain.inertia
 
 
 def over_arc(start: State, end: float, grain: Grain) -> State:
