@@ -258,7 +258,8 @@ def impulse(
     """
     from harness.cases.tower.impulse import HEIGHTS, MEASURED, SPEEDS, STIFFNESSES, angle_figure
     from harness.cases.tower.parameters import Tower
-    from harness.workflows.sweeps import figure_writer, read_numbers
+    from harness.report.figures import figure_writer
+    from harness.workflows.settings import read_numbers
 
     if choice.reference is not None and choice.figure is None:
         raise RequestError(f"--reference {choice.reference}: goes with --figure FILE only")

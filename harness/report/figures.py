@@ -32,7 +32,7 @@ from matplotlib.ticker import EngFormatter, FuncFormatter
 from numpy.typing import NDArray
 
 from harness.errors import RequestError
-from harness.files import held_folder
+from harness.files import Writer, held_folder
 
 if TYPE_CHECKING:
     from harness.report.content import Discs
@@ -137,6 +137,7 @@ def legend_below(figure: mpl_figure.Figure, columns: int = 2) -> None:
 
 # ---- files of figures, the same bytes for the same content
 
+VARYING = {"svg": "Date", "png": "Software", "pdf": "CreationDate"}  # metadata, by kind
 LONG_LINE = 1000  # characters, of which most are of places
 REPLACEMENTS = (  # parts of matplotlib's SVG that a browser does not need
     (r"<\?xml.*?\?>|<!DOCTYPE.*?>|<metadata>.*?</metadata>|<!--.*?-->", ""),
@@ -155,8 +156,8 @@ def figure_files(draw: Callable[[], mpl_figure.Figure], *, png: bool = False) ->
     with house_style():
         figure = draw()
         _lay_out(figure)
-        svg = _compact(_file(figure, "svg", "Date").decode())
-        return svg, _file(figure, "png", "Software") if png else b""
+        svg = _compact(_file(figure, "svg").decode())
+        return svg, _file(figure, "png") if png else b""
 
 
 def _lay_out(figure: mpl_figure.Figure) -> None:
@@ -167,9 +168,19 @@ def _lay_out(figure: mpl_figure.Figure) -> None:
         figure.set_layout_engine("none")  # None is the engine of the house style
 
 
-def _file(figure: mpl_figure.Figure, kind: str, varying_key: str) -> bytes:
+def figure_writer(draw: Callable[[], mpl_figure.Figure]) -> Writer:
+    """Return a function that writes a figure in the house style to a path, by its suffix."""
+
+    def write(path: Path) -> None:
+        with house_style():
+            path.write_bytes(_file(draw(), path.suffix.lower().removeprefix(".")))
+
+    return write
+
+
+def _file(figure: mpl_figure.Figure, kind: str) -> bytes:
     target = io.BytesIO()
-    figure.savefig(target, format=kind, metadata={varying_key: None})
+    figure.savefig(target, format=kind, metadata={VARYING[kind]: None})
     return target.getvalue()
 
 

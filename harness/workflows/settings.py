@@ -1,4 +1,4 @@
-"""Requests as text: engines, quantities, parameters of one run, and the points of a sweep.
+"""Requests: engines, quantities, parameters of one run, points of a sweep, and measured points.
 
 Settings are ``height=3``, ``contact.tail=clipped`` or ``preset=kharaz``. The values of a sweep are
 lists such as ``1,2,5`` and ranges such as ``9:11:5`` and ``1e5:1e7:log5``.
@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -25,6 +25,10 @@ from harness.cases.registry import ALL, words_in
 from harness.engines.registry import engine_class, engine_names
 from harness.errors import CombinationError, RequestError
 from harness.model.base import Parameters
+from harness.model.scene import Floats
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PRESET = "preset"
 NONE = "none"  # text of an optional value that is not given
@@ -322,3 +326,55 @@ def _number(text: str) -> float | str:
 
 def _text(swept: Mapping[str, str]) -> str:
     return ", ".join(f"{name}={value}" for name, value in swept.items())
+
+
+# ---- measured points of a user
+
+
+@dataclass(frozen=True)
+class Points:
+    """Measured points of a user, with the name of their file."""
+
+    name: str
+    x: Floats
+    y: Floats
+    uncertainty: Floats | None = None
+
+
+def read_points(path: Path, x: str, y: str, uncertainties: Sequence[str] = ()) -> Points:
+    """Return the points of columns ``x`` and ``y``; their errors from the first such column.
+
+    Raise RequestError in a line for a bad file.
+    """
+    numbers = read_numbers(path, (x, y), uncertainties)
+    return Points(path.name, *(numbers[name].to_numpy() for name in numbers))
+
+
+def read_numbers(
+    path: Path, columns: Sequence[str], uncertainties: Sequence[str] = ()
+) -> pd.DataFrame:
+    """Return columns of a file of measured points, and the first of ``uncertainties`` it has.
+
+    Raise RequestError in a line for a bad file.
+    """
+    import pandas as pd  # slow to load
+
+    option = f"--reference {path}"
+    try:
+        frame = pd.read_csv(path, comment="#", skipinitialspace=True, encoding="utf-8-sig")
+    except OSError as error:
+        raise RequestError(f"{option}: {error.strerror or error}") from None
+    except ValueError as error:  # also of pandas, and of text that is not UTF-8
+        raise RequestError(f"{option}: is no CSV table ({' '.join(str(error).split())})") from None
+    names = [*columns, *[name for name in uncertainties if name in frame][:1]]
+    for name in names:
+        if name not in frame:
+            others = ", ".join(map(str, frame.columns))
+            raise RequestError(f"{option}: has no column {name!r}, but {others}")
+    numbers: pd.DataFrame = frame[names].apply(pd.to_numeric, errors="coerce").astype(float)
+    for row, column in np.argwhere(~np.isfinite(numbers.to_numpy())):
+        text = f"{names[column]} = {str(frame[names[column]].iloc[row])!r}: must be a number"
+        raise RequestError(f"{option}, row {row + 2}: {text}")
+    if frame.empty or (numbers.iloc[:, len(columns) :] < 0.0).any(axis=None):
+        raise RequestError(f"{option}: must have rows, whose errors are not negative")
+    return numbers

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -16,7 +16,6 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pandas as pd
 
 from harness import __version__
@@ -36,9 +35,8 @@ from harness.errors import (
 )
 from harness.files import Writer, check_writable, made_folder, text_writer, write_files
 from harness.model.base import unit
-from harness.model.scene import Floats
 from harness.report.content import Plottable
-from harness.report.figures import Figure, axis, house_style, label
+from harness.report.figures import Figure, axis, figure_writer, label
 from harness.store.cache import opened
 from harness.workflows import Progress, silent
 from harness.workflows.executors import completed, opened_on
@@ -54,10 +52,12 @@ from harness.workflows.settings import (
     NONE,
     PRESET,
     Point,
+    Points,
     SweepRequest,
     as_text,
     points_of,
     quantity_names,
+    read_points,
     request_in,
     selected_engines,
     swept_texts,
@@ -76,7 +76,6 @@ STATUSES = (DONE, UNDECIDED, FAILED, NOT_TESTED, REFUSED)  # of runs that are ov
 FIXED_COLUMNS = ("engine", "engine_version", PRESET, "status", "reason", "wall_time_s")
 LOGARITHMIC = 20.0  # ratio of largest to smallest value from which an axis is logarithmic
 MARKERS = "osD^v<>p*h"
-UNDATED = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 Row = dict[str, Any]
 Outcome = Mapping[str, Value | float] | HarnessError
 
@@ -467,61 +466,3 @@ def _taken_folder(folder: Path, request: SweepRequest) -> Iterator[None]:
             if is_new:
                 file.unlink(missing_ok=True)
             raise
-
-
-@dataclass(frozen=True)
-class Points:
-    """Measured points of a user, with the name of their file."""
-
-    name: str
-    x: Floats
-    y: Floats
-    uncertainty: Floats | None = None
-
-
-def read_points(path: Path, x: str, y: str, uncertainties: Sequence[str] = ()) -> Points:
-    """Return the points of columns ``x`` and ``y``; their errors from the first such column.
-
-    Raise RequestError in a line for a bad file.
-    """
-    numbers = read_numbers(path, (x, y), uncertainties)
-    return Points(path.name, *(numbers[name].to_numpy() for name in numbers))
-
-
-def read_numbers(
-    path: Path, columns: Sequence[str], uncertainties: Sequence[str] = ()
-) -> pd.DataFrame:
-    """Return columns of a file of measured points, and the first of ``uncertainties`` it has.
-
-    Raise RequestError in a line for a bad file.
-    """
-    option = f"--reference {path}"
-    try:
-        frame = pd.read_csv(path, comment="#", skipinitialspace=True, encoding="utf-8-sig")
-    except OSError as error:
-        raise RequestError(f"{option}: {error.strerror or error}") from None
-    except ValueError as error:  # also of pandas, and of text that is not UTF-8
-        raise RequestError(f"{option}: is no CSV table ({' '.join(str(error).split())})") from None
-    names = [*columns, *[name for name in uncertainties if name in frame][:1]]
-    for name in names:
-        if name not in frame:
-            others = ", ".join(map(str, frame.columns))
-            raise RequestError(f"{option}: has no column {name!r}, but {others}")
-    numbers: pd.DataFrame = frame[names].apply(pd.to_numeric, errors="coerce").astype(float)
-    for row, column in np.argwhere(~np.isfinite(numbers.to_numpy())):
-        text = f"{names[column]} = {str(frame[names[column]].iloc[row])!r}: must be a number"
-        raise RequestError(f"{option}, row {row + 2}: {text}")
-    if frame.empty or (numbers.iloc[:, len(columns) :] < 0.0).any(axis=None):
-        raise RequestError(f"{option}: must have rows, whose errors are not negative")
-    return numbers
-
-
-def figure_writer(draw: Callable[[], Any]) -> Writer:
-    """Return a function that writes a figure, by its suffix; the same figure is the same file."""
-
-    def write(path: Path) -> None:
-        kind = path.suffix.lower().removeprefix(".")
-        with house_style():
-            draw().savefig(path, format=kind, metadata=UNDATED[kind])
-
-    return write

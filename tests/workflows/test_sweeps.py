@@ -6,8 +6,8 @@ import pytest
 from harness.engines.registry import open_engine
 from harness.errors import EngineMissingError, RequestError
 from harness.workflows import sweep
-from harness.workflows.settings import request_in, values_of
-from harness.workflows.sweeps import plan, read_points
+from harness.workflows.settings import read_points, request_in, values_of
+from harness.workflows.sweeps import plan
 from tests.workflows import doubles
 
 pytestmark = pytest.mark.usefixtures("registered")
