@@ -176,7 +176,7 @@ def verify(  # noqa: PLR0913 - the options of a user
 
 @contextmanager
 def _compiled_chains(*, if_new: bool) -> Iterator[Callable[[], Any]]:
-    """Compile the kernels of chains where they are new, beside this process; yield a wait for it.
+    """Compile the kernels of chains where they are new, in another process; yield a wait for it.
 
     Numba compiles one kernel at a time in a process.
     """
