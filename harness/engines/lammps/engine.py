@@ -318,6 +318,10 @@ class Lammps(LammpsLanguage):
             return str(reason)
         return ""
 
+    def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
+        """Return an environment in which ranks that wait sleep, None without a launcher."""
+        return {**SLEEPING, **os.environ} if self._launcher else None
+
     def command(self, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""
         return [*self._launcher, self.program, *self.arguments, *BATCH]

@@ -1,6 +1,7 @@
 """Layers on an incline: refusals, readings, the single grain, undecided descents in LAMMPS."""
 
 import math
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -14,7 +15,7 @@ from harness.cases.checks import row_in, run_checks, selected
 from harness.cases.layers import descent, script_values
 from harness.cases.layers.descent import CASE, SINGLE, SMALL_FLOW, Layers, profile_in
 from harness.engines import output as outputs
-from harness.engines.lammps.engine import Lammps
+from harness.engines.lammps.engine import SLEEPING, Lammps
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
 from harness.results.rows import Row, Verdict
 from harness.workflows.sweeps import plan
@@ -146,7 +147,9 @@ def lmp_run(words, folder, values):
     (folder / script.name).write_text(script.text)
     sets = [word for name, value in values.items() for word in ("-var", name, str(value))]
     command = [*words, "-in", script.name, "-log", "none", *sets]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    environment = {**os.environ, **SLEEPING}  # ranks that wait leave the cores to other tests
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False,
+                          env=environment)  # fmt: skip
 
 
 @pytest.mark.live
