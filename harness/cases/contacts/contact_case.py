@@ -222,7 +222,6 @@ class Trial:
         if rules.changed and not self.variation and self.moved(rules, Rules())[0] > ROUND_OFF:
             yield Check(quantity=MOVED, measure=self._moved, kind=Kind.FINDING, **common)
 
-    @lru_cache(maxsize=8192)  # noqa: B019 - of frozen objects, as those of scenes
     def moved(self, rules: Rules, other: Rules) -> tuple[float, str]:
         """Return the largest change of a quantity from one set of conventions to another.
 
@@ -230,7 +229,7 @@ class Trial:
         """
         case, p = self.case, self.parameters
         try:
-            first, second = (observe(p, reference.run(self.scene, each)) for each in (rules, other))
+            first, second = self._values_by(rules), self._values_by(other)
         except EngineNaNError:  # a run that the other rows report
             return 0.0, ""
         changes = {
@@ -240,6 +239,10 @@ class Trial:
         }
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
+
+    @lru_cache(maxsize=8192)  # noqa: B019 - of frozen objects, as those of scenes
+    def _values_by(self, rules: Rules) -> Mapping[str, float]:
+        return observe(self.parameters, reference.run(self.scene, rules))
 
     def _motion_difference(self, bench: Bench) -> Value:
         motion, unwritten = bench.motion(self.job), bench.unwritten([self.job])
