@@ -193,21 +193,6 @@ class Engine(ABC):
         """
         return None
 
-    @classmethod
-    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:  # noqa: ARG003
-        """Return the options of the other interface to the installation that ``options`` open.
-
-        None where there is no other.
-        """
-        return None
-
-    def twin(self) -> Engine | None:
-        """Return the other interface to the same installation, or None where there is no other.
-
-        Raise EngineMissingError where it is not installed. Close it after use.
-        """
-        return None
-
     # ---- supported jobs
 
     @classmethod

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +45,7 @@ def engines(
     launcher: str | None = None,
     progress: Progress = silent,
 ) -> list[Record]:
-    """Return the status of every engine, and of its other way to run where it has one.
+    """Return the status of every engine.
 
     ``programs`` are executables by engine; ``lmp`` and ``launcher`` are those of LAMMPS.
     """
@@ -54,14 +53,9 @@ def engines(
     for done, name in enumerate(names):
         progress("engines", done, len(names))
         options = {"program": programs[name]} if programs and name in programs else {}
+        more = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
+        options |= {key: value for key, value in more.items() if value is not None}
         records.append(_engine(name, options))
-        twin = None
-        with suppress(RequestError, EngineMissingError):  # the record has the reason
-            twin = engine_class(name).twin_options(**options)
-        if twin is not None:
-            more = {"lmp": lmp, "launcher": launcher} if name == DEFAULT else {}
-            more = {key: value for key, value in more.items() if value is not None}
-            records.append(_engine(name, {**twin, **more}))
     progress("engines", len(names), len(names))
     return records
 

@@ -7,12 +7,12 @@ import os
 import re
 import shlex
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from harness.engines.base import Job, Traits
 from harness.engines.lammps import DEFORMABLE
@@ -121,21 +121,6 @@ class Lammps(LammpsLanguage):
         except RequestError:  # without an executable no scene is run
             return library
         return [*library, *executable] if library and executable else []
-
-    @classmethod
-    def twin_options(cls, **options: Any) -> Mapping[str, Any] | None:
-        """Return those of the executable of the library; an executable has no twin."""
-        executable = any(options.get(name) is not None for name in ("lmp", "launcher", "program"))
-        return None if executable else {"lmp": program_of_python("lmp")}
-
-    def twin(self) -> Lammps | None:
-        """Return the executable next to this Python, else on PATH, of LAMMPS in-process."""
-        if self.program:
-            return None
-        try:
-            return Lammps(program_of_python("lmp"), limits=self.limits)
-        except RequestError as error:
-            raise EngineMissingError(str(error)) from None
 
     @classmethod
     def check_release(cls, name: str) -> None:

@@ -48,10 +48,8 @@ def honest():
 
 def test_an_honest_engine_holds_in_every_row(honest):
     rows, _ = honest
-    assert verdicts(rows) == {Verdict.PASS, Verdict.FINDING, Verdict.NOT_TESTED}
+    assert verdicts(rows) == {Verdict.PASS, Verdict.FINDING}
     assert {check.level for check in quick()} == {"quick"}
-    (untested,) = [row for row in rows if row.verdict is Verdict.NOT_TESTED]
-    assert "no other way" in untested.note
     assert {row.kind for row in rows} == {Kind.ANALYTIC, Kind.CROSS_CODE, Kind.FINDING}
     assert len({row.key for row in rows}) == len(rows) <= 25
 
@@ -171,7 +169,7 @@ def test_an_engine_in_another_scheme_than_it_declares_is_off_its_reference():
     assert Verdict.FAIL in verdicts(rows)
 
 
-# ---- a known defect, and a second way to run
+# ---- a known defect
 
 
 def test_a_disc_that_turns_as_a_sphere_is_the_known_defect_of_lammps():
@@ -183,15 +181,6 @@ def test_a_disc_that_turns_as_a_sphere_is_the_known_defect_of_lammps():
     for engine, verdict in ((Twin(as_sphere), "known defect"), (Twin(), "pass")):
         (row,) = run_checks("incline", [check], Bench(engine), defects=defects)
         assert row.verdict == verdict
-
-
-def test_a_second_way_to_run_the_engine_is_held_against_the_first():
-    class Both(Twin):
-        def twin(self):
-            return Twin(scaled("step"))
-
-    (row,) = rows_of(Both(), "*in-process*/margin_over_mgd")
-    assert row.verdict is Verdict.FAIL
 
 
 # ---- LAMMPS

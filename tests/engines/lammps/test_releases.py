@@ -108,11 +108,6 @@ def test_launcher_ranks_and_arguments_count(program):
     assert len({str(engine.fingerprint()) for engine in (*launched, *words)}) == 5
 
 
-def test_an_executable_has_no_twin(program):
-    assert Lammps.twin_options() == {"lmp": program_of_python("lmp")}
-    assert Lammps.twin_options(lmp=program) is None
-
-
 @pytest.mark.usefixtures("lammps_here")
 def test_the_library_of_this_environment_is_known_without_loading_it():
     files = " ".join(fingerprint_of("lammps", {})["files"])
