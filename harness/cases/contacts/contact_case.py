@@ -22,7 +22,7 @@ import numpy as np
 
 from harness.cases.base import LEVELS, Case, Check, Level, Value
 from harness.cases.bench import Bench
-from harness.cases.checks import ROUND_OFF, equal_steps_check, equal_steps_tolerance, runs_at
+from harness.cases.checks import equal_steps_check, equal_steps_tolerance, runs_at
 from harness.cases.contacts.parameters import ContactSystem
 from harness.engines.base import Engine, Job, Output, scene_job
 from harness.engines.output import SERIES
@@ -32,7 +32,7 @@ from harness.errors import EngineNaNError, EngineOutputError, Unsupported
 from harness.model.conventions import Rules
 from harness.model.scene import Motion, Scene
 from harness.report.content import Discs, Section
-from harness.results.rows import Kind, Tolerance
+from harness.results.rows import Tolerance
 from harness.solvers import reference
 
 P = TypeVar("P", bound=ContactSystem)
@@ -42,7 +42,6 @@ STEPS = 50  # of a contact, in checks
 SAMPLES = 50  # at least, of a run that is held against the reference
 QUICK_VARIATION = "defaults"  # of an engine, at level quick
 MOTION = "motion"  # quantity of the rows on all samples of a run
-MOVED = "moved_by_conventions"  # quantity of the findings on an engine's conventions
 PLAIN: Changes = {
     "normal": "hooke", "damping": "none", "tangential": "none", "rolling": "none",
     "twisting": "none", "clipped": False, "interface": "current",
@@ -218,9 +217,6 @@ class Trial:
             tolerance=self._motion_tolerance,
             **common,
         )
-        rules = engine.rules(self.scene)
-        if rules.changed and not self.variation and self.moved(rules, Rules())[0] > ROUND_OFF:
-            yield Check(quantity=MOVED, measure=self._moved, kind=Kind.FINDING, **common)
 
     def moved(self, rules: Rules, other: Rules) -> tuple[float, str]:
         """Return the largest change of a quantity from one set of conventions to another.
@@ -258,12 +254,6 @@ class Trial:
             return {MOTION: motion_difference(self.scene, motion, expected)}
 
         return equal_steps_tolerance(differences, self.scene, MOTION, 1.0, bench)
-
-    def _moved(self, bench: Bench) -> Value:
-        rules = bench.rules(self.scene)
-        size, name = self.moved(rules, Rules())
-        changed = ", ".join(f"{rule} = {word}" for rule, word in rules.changed.items())
-        return Value(size, note=f"{name}, by {changed}: part of its scale, by the reference")
 
 
 def _values(trial: Trial, bench: Bench) -> Mapping[str, float]:

@@ -8,7 +8,7 @@ import pytest
 from harness.cases.bench import OWN, Bench
 from harness.cases.checks import equal_steps_checks, run_checks, selected
 from harness.cases.contacts import report
-from harness.cases.contacts.contact_case import MOTION, MOVED, STEPS
+from harness.cases.contacts.contact_case import MOTION, STEPS
 from harness.engines.lammps.engine import Lammps
 from harness.errors import EngineLostAtomsError, Unsupported
 from harness.model.conventions import Rules
@@ -186,15 +186,6 @@ def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():
     assert verdicts(rows) == {Verdict.NOT_TESTED}
     assert {row.note for row in rows} == {"its walls mix no materials"}
     assert len(rows) == len({row.setup for row in rows})
-
-
-def test_conventions_of_an_engine_are_findings_that_name_what_they_move():
-    rows = rows_of(case_named("slip-to-roll"), twin(declared=Rules(wall_lever="height")))
-    moved = [row for row in rows if row.quantity == MOVED]
-    assert {row.verdict for row in rows if row not in moved} == {Verdict.PASS}
-    assert verdicts(moved) == {Verdict.FINDING}
-    assert max(row.value for row in moved) > 1e-4
-    assert all("wall_lever = height" in row.note for row in moved)
 
 
 # ---- LAMMPS
