@@ -94,6 +94,24 @@ def hidden_cases() -> dict[str, str]:
     return {f"{_package(point)}:{point.name}": _fault(point) for point in points}
 
 
+def selected_cases(
+    words: str | Iterable[str] | None = None,
+) -> tuple[list[Case[Any]], dict[str, str]]:
+    """Return the cases of names, groups or ``all``, and why others of them cannot be used, by name.
+
+    Errors are those of :func:`selected_names`, and BrokenCaseError for a broken case that is named.
+    """
+    named, cases, faults = words_in(words or ()), list[Case[Any]](), dict[str, str]()
+    for name in selected_names(words):
+        try:
+            cases.append(get_case(name))
+        except BrokenCaseError as error:
+            if name in named:
+                raise
+            faults[name] = str(error)
+    return cases, faults | (hidden_cases() if ALL in named else {})
+
+
 def selected_names(words: str | Iterable[str] | None = None) -> list[str]:
     """Return the names of cases by names, groups or ``all``; :data:`DEFAULT` for None.
 

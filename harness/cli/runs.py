@@ -113,7 +113,7 @@ def verify(
 
 def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
     """Return the key of a verification; None where an engine or a case has no fingerprint."""
-    from harness.cases.registry import homes, selected_names
+    from harness.cases.registry import hidden_cases, homes, selected_names
     from harness.engines.registry import fingerprint_of
     from harness.store.cache import digest_of_tree, key_of, machine, source_digest, versions
     from harness.workflows.settings import selected_engines
@@ -132,7 +132,7 @@ def _key(choice: VerifyOptions, engines: EngineOptions) -> str | None:
         {
             **request,
             "known_defects": [hashlib.sha256(path.read_bytes()).hexdigest() for path in defects],
-            "every case": cases,
+            "every case": [*cases, *hidden_cases()],
             "fingerprints": {name: dict(facts or {}) for name, facts in prints.items()},
             "accepted": digest_of_tree(committed("reports/accepted")),
             "machine": machine(),

@@ -28,20 +28,11 @@ from harness import __version__
 from harness.cases.base import Case, CaseError, Check, case_error
 from harness.cases.bench import OWN, Bench, job_key
 from harness.cases.checks import FULL_DIGITS, error_row, run_checks, selected
-from harness.cases.registry import (
-    ALL,
-    QUALIFYING,
-    case_names,
-    get_case,
-    hidden_cases,
-    selected_names,
-    words_in,
-)
+from harness.cases.registry import ALL, QUALIFYING, case_names, get_case, selected_cases, words_in
 from harness.engines.base import SCENE, Engine, Job, job_seconds
 from harness.engines.process import one_thread, parallel_each, parallel_map
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import (
-    BrokenCaseError,
     EngineError,
     EngineMissingError,
     HarnessError,
@@ -118,16 +109,7 @@ def verify(  # noqa: PLR0913 - the options of a user
     if output is not None:
         check_folder(Path(output))
     cases = ALL if only and cases is None else cases
-    chosen, broken = list[Case[Any]](), dict[str, str]()
-    for name in selected_names(cases):
-        try:
-            chosen.append(get_case(name))
-        except BrokenCaseError as error:
-            if name in words_in(cases or ()):
-                raise
-            broken[name] = str(error)
-    if ALL in words_in(cases or ()):
-        broken |= hidden_cases()
+    chosen, broken = selected_cases(cases)
     started, clock = datetime.now(UTC).isoformat(timespec="seconds"), time.monotonic()
     with ExitStack() as stack:
         defects = load_defects(None if known_defects is None else Path(known_defects))

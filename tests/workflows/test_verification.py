@@ -237,7 +237,7 @@ def test_a_check_of_no_level_or_with_a_bare_job_is_one_row(monkeypatch, more):
 
 def test_a_hidden_case_of_another_package_is_a_row_of_all(monkeypatch, tmp_path):
     hidden = {"lib:bounce": "package 'dem-harness' has a case of this name"}
-    monkeypatch.setattr("harness.workflows.verification.hidden_cases", lambda: hidden)
+    monkeypatch.setattr("harness.cases.registry.hidden_cases", lambda: hidden)
     run = verified(cases="all", output=tmp_path / "run")
     (row,) = records(run, case="lib:bounce")
     assert (row["verdict"], row["note"]) == ("not tested", hidden["lib:bounce"])
