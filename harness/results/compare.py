@@ -225,10 +225,7 @@ def digest(content: Any) -> str:
 
 
 def differ(before: Iterable[str], after: Iterable[str]) -> NDArray[np.bool_]:
-    """Return which digests are of different inputs, shape (rows,); an empty one is of none.
-
-    One without a sum was rounded by an earlier version: it is not compared with one that has it.
-    """
+    """Return which digests are of different inputs, shape (rows,); an empty one is of none."""
     return np.array([_is_other(*pair) for pair in zip(before, after, strict=True)], bool)
 
 
@@ -236,8 +233,6 @@ def _is_other(before: str, after: str) -> bool:
     if not before or not after or before == after:
         return False
     (hash_before, sum_before), (hash_after, sum_after) = _parts(before), _parts(after)
-    if math.isnan(sum_before) != math.isnan(sum_after):
-        return False
     return hash_before != hash_after or not abs(sum_before - sum_after) <= SAME_INPUT
 
 
