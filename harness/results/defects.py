@@ -17,7 +17,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import translate
-from functools import cache
+from functools import cache, partial
 from itertools import combinations, product
 from typing import Any, Literal, Self, get_args
 
@@ -215,11 +215,10 @@ def explanation(defects: Sequence[KnownDefect], trial: Trial) -> tuple[KnownDefe
         if trial.holds_with(group):
             needed = tuple(d for d in group if not trial.holds_with(_without(group, d)))
             return needed or group[:1]
-    for defect in defects if trial.motion is not None else ():
-        if defect.fit and (fit := FITS[defect.fit])(trial, ()):
-            return (defect,)
-        if defect.fit and fit(trial, switched):
-            return (defect, *(d for d in switched if not fit(trial, _without(switched, d))))
+    fitted = [defect for defect in defects if defect.fit and trial.motion is not None]
+    for defect, others in product(fitted, (switched, ()) if switched else ((),)):
+        if holds_with := FITS[defect.fit](trial, others):
+            return (defect, *(d for d in others if not holds_with(_without(others, d))))
     return ()
 
 
@@ -368,19 +367,23 @@ VALUES: Mapping[str, Callable[[Scene], Any]] = {
 }  # fmt: skip
 
 
-# ---- unknowns: whether a run of one scene holds with the one of a defect, next to other defects
+# ---- unknowns: the one of a defect in a run of one scene, with which it holds next to other
+# defects. What is returned tells whether it holds next to some of them, None where it does not.
+
+HoldsWith = Callable[[Sequence[KnownDefect]], bool]
 
 
-def _holds_with_setup_torque(trial: Trial, others: Sequence[KnownDefect]) -> bool:
+def _fit_setup_torque(trial: Trial, others: Sequence[KnownDefect]) -> HoldsWith | None:
     """Take the torque of the setup [N m] from the first sample."""
     plain = trial.motion_with(others)
     if plain is None or trial.motion is None:
-        return False
+        return None
     torque = tuple((trial.motion.torque[0, 0] - plain.torque[0, 0]).tolist())
-    return all(map(math.isfinite, torque)) and trial.holds_with(others, setup_torque=torque)
+    holds_with = partial(trial.holds_with, setup_torque=torque)
+    return holds_with if all(map(math.isfinite, torque)) and holds_with(others) else None
 
 
-def _holds_with_reversals(trial: Trial, others: Sequence[KnownDefect]) -> bool:
+def _fit_reversals(trial: Trial, others: Sequence[KnownDefect]) -> HoldsWith | None:
     """Search the steps at which torsional springs change their sign.
 
     They are those of the interval before the first sample that differs, then of the next one.
@@ -388,7 +391,7 @@ def _holds_with_reversals(trial: Trial, others: Sequence[KnownDefect]) -> bool:
     """
     ((scene, _),), observed, plain = trial.rules.items(), trial.motion, trial.motion_with(others)
     if plain is None or observed is None:
-        return False
+        return None
     steps: tuple[int, ...] = ()
     sample = first_difference(scene, observed, plain)
     for _ in range(WINDOWS if sample < len(observed) else 0):
@@ -396,14 +399,15 @@ def _holds_with_reversals(trial: Trial, others: Sequence[KnownDefect]) -> bool:
         for more in _reversals_before(sample, scene):
             run = trial.motion_with(others, torsion_reversed_at=(*steps, *more))
             if run is not None and trial.holds({scene: run}):
-                return True
+                return partial(trial.holds_with, torsion_reversed_at=(*steps, *more))
             if run is not None:
                 agreed[*steps, *more] = first_difference(scene, observed, run)
         before, sample = sample, max(agreed.values(), default=0)
         if not before < sample < len(observed):
             break
         steps = max(agreed, key=agreed.__getitem__)
-    return bool(scene.segments) and _holds_with_copies(trial, others, plain, observed)
+    has_copies = scene.segments and _holds_with_copies(trial, others)
+    return partial(_holds_with_copies, trial) if has_copies else None
 
 
 def _reversals_before(sample: int, scene: Scene) -> Iterator[tuple[int, ...]]:
@@ -413,16 +417,16 @@ def _reversals_before(sample: int, scene: Scene) -> Iterator[tuple[int, ...]]:
     yield from combinations(window, 2)
 
 
-def _holds_with_copies(
-    trial: Trial, others: Sequence[KnownDefect], plain: Motion, observed: Motion
-) -> bool:
+def _holds_with_copies(trial: Trial, others: Sequence[KnownDefect]) -> bool:
     """Return whether each sample of each body is that of one of the copies of a spring.
 
     Of a contact over a boundary both sides compute one, without newton, and each side turns its
     copy round at a step of its own; where both bodies are on one side again, one copy remains. The
     others are fitted on the first sample of a body that is not of the first one.
     """
-    (scene,) = trial.rules
+    (scene,), observed, plain = trial.rules, trial.motion, trial.motion_with(others)
+    if plain is None or observed is None:
+        return False
     copies = [plain]
     for body in range(len(scene.bodies)):
         sample = first_difference(scene, observed, plain, body)
@@ -438,9 +442,9 @@ def _holds_with_copies(
     return trial.holds({scene: replace(plain, torque=torque)})
 
 
-FITS: Mapping[str, Callable[[Trial, Sequence[KnownDefect]], bool]] = {
-    "torsion_reversed_at": _holds_with_reversals,
-    "setup_torque": _holds_with_setup_torque,
+FITS: Mapping[str, Callable[[Trial, Sequence[KnownDefect]], HoldsWith | None]] = {
+    "torsion_reversed_at": _fit_reversals,
+    "setup_torque": _fit_setup_torque,
 }
 
 
