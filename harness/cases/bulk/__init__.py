@@ -56,6 +56,12 @@ ABOUT = {  # values of scripts that are no parameters
     "width": "[m] along y, likewise",
 }
 IN_SCRIPTS = {"places": "the data file; large grains are of type 1"}  # not as of the parameter
+COUNTS = ("remaining", "astray", "count")  # columns that may stay as they are
+# bounds of physics: lowest, highest, reason
+LOOSE = "grains at rest fill 0.55 at least (Onoda and Liniger 1990), beside walls less, and "
+LOOSE += "pi/sqrt(18) at most; a lattice that never settled 0.3"
+SOLID = 0.4, 0.74, LOOSE
+REPOSE = 5.76, 90.0, "grains without any friction hold 5.76 deg (Peyneau and Roux 2008)"  # [deg]
 ELASTIC = "elastic_ratio"  # energy of the bed's normal springs over the scale of energy gained
 BED_STATE = (
     Quantity[Any]("bed_solid_fraction", "1", "of the bed at rest, up to its level surface", 0.5),
@@ -211,6 +217,9 @@ class BulkCase(Case[B]):
         p, table = parameters, output.table(self.series)
         output.check_numbers({"steps": p.settle_steps + p.steps})
         _check_rows(p, output, table)
+        for name in self.series[1:]:
+            if name not in COUNTS and not np.ptp(table[name], axis=0).any():
+                raise EngineOutputError(f"{output.engine} left a series whose {name} never changes")
         moved = p.every * table["remaining"].sum() if p.LEAVING else p.grains * p.steps
         seconds = output.seconds / (p.grains * p.settle_steps + moved)
         return {**self._quantities(p, output, table), TIME: float(1e6 * seconds)}
@@ -274,17 +283,16 @@ class BulkCase(Case[B]):
         """
         p = setup.runs[0]
 
-        def springs(sample: Sample) -> Floats:
-            energies = sample.values(ELASTIC) * (1.0 + p.tangential_share)
-            if np.isfinite(energies).all():
-                return energies
-            return np.full(len(energies), self._elastic_bound(p, sample))
+        springs = partial(self._springs, p)
 
         def worst(sample: Sample) -> int:
             return int(np.argmax(sample.values(self.gain) - springs(sample)))
 
         def motion(sample: Sample) -> float:
-            value = float(sample.values(self.rest).max())
+            values = sample.values(self.rest)
+            if p.settle_steps and not values.all():
+                raise EngineOutputError("a bed that has settled has no kinetic energy at all")
+            value = float(values.max())
             if value > AT_REST:
                 raise Unsupported(
                     f"the bed is not at rest: it has {value:.2%} of {self.rest_scale}, must have "
@@ -300,6 +308,28 @@ class BulkCase(Case[B]):
         )  # fmt: skip
         moving = f"a bed that moves adds 1 % to {self.rest_scale} at most"
         yield self.check(setup, self.rest, motion, tolerance=Tolerance(AT_REST, reason=moving))
+        if BED_STATE[0] in self.quantities:
+            yield self.bound_check(setup, BED_STATE[0].name, *SOLID)
+
+    def _springs(self, p: B, sample: Sample) -> Floats:
+        """Return the most that springs hold at rest, over the scale of energy gained, (runs,)."""
+        energies = sample.values(ELASTIC) * (1.0 + p.tangential_share)
+        if np.isfinite(energies).all():
+            return energies
+        return np.full(len(energies), self._elastic_bound(p, sample))
+
+    def bound_check(
+        self, setup: Setup[B], quantity: str, low: float, high: float, reason: str
+    ) -> Check:
+        """Return the check that a quantity of each run is between two bounds of physics."""
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+
+        def farthest(sample: Sample) -> float:
+            values = sample.values(quantity)
+            return float(values[np.abs(values - middle).argmax()])
+
+        tolerance = Tolerance(half, reason=f"{low:g} to {high:g}: {reason}")
+        return self.check(setup, quantity, farthest, middle, tolerance)
 
     def check(
         self,
@@ -361,7 +391,7 @@ class BulkCase(Case[B]):
 
 
 def _check_rows(p: Bed, output: Output, table: Table) -> None:
-    """Raise EngineOutputError where rows of a series are missing."""
+    """Raise EngineOutputError where rows of a series are missing, or its clock is wrong."""
     stepped = "time_s" not in table
     times = p.step_size * (table["step"] - p.settle_steps) if stepped else table["time_s"]
     end = p.step_size * p.steps
@@ -372,6 +402,11 @@ def _check_rows(p: Bed, output: Output, table: Table) -> None:
         raise EngineOutputError(
             f"{output.engine} left a series that lacks rows: none for {gaps.max():.4g} s after "
             f"{start:.4g} s"
+        )
+    if abs(times[-1] - end) > 0.5 * inner.min():
+        raise EngineOutputError(
+            f"{output.engine} left a series whose clock is wrong: it ends at {times[-1]:.6g} s, "
+            f"the run at {end:.6g} s"
         )
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from harness.cases import bulk
-from harness.cases.base import Quantity
+from harness.cases.base import Check, Quantity
 from harness.cases.bulk import BulkCase, Curve, Plane, Setup, beds
 from harness.cases.bulk.beds import (
     LATTICE,
@@ -34,6 +34,7 @@ from harness.errors import EngineLostAtomsError
 
 PLACES = ("x_m", "y_m", "z_m")
 STEADY = 1.0 / 3.0  # share of the turn after which the surface is that of a turning drum
+FLOWING = 30.0  # [deg] of the turn after which no bed is carried as it lay
 LAST = 1.0 / 6.0  # share of the turn, up to its end, over which the mixing index is averaged
 SOFTENED = "Dosta and others 2024 (moduli four thousand times smaller, a quarter of the size)"
 BED = PublishedBed(
@@ -382,6 +383,11 @@ class DrumCase(BulkCase[Drum]):
             "mixing_index": np.array([lacey_index(frame, small) for frame in cells]),
             "surface_angle_deg": np.array(angles),
         }
+
+    def _more_checks(self, setup: Setup[Drum]) -> Iterator[Check]:
+        """Yield that the surface is inclined as that of grains with friction, where it flows."""
+        if STEADY * setup.runs[0].turn >= FLOWING:
+            yield self.bound_check(setup, "surface_angle_deg", *bulk.REPOSE)
 
     def _plane(self, p: Drum) -> Plane:
         angle = np.linspace(0.0, math.tau, 181)

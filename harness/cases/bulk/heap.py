@@ -239,10 +239,11 @@ class HeapCase(BulkCase[Heap]):
         return p.largest_elastic_energy / (p.weight * 0.5 * p.fall)
 
     def _more_checks(self, setup: Setup[Heap]) -> Iterator[Check]:
-        """Yield whether the heap of the median seed is at rest.
+        """Yield bounds of the angle, and whether the heap of the median seed is at rest.
 
         A grain that still rolls in a heap is no fault of a code, most heaps that do not rest are.
         """
+        yield self.bound_check(setup, "angle_deg", *bulk.REPOSE)
         name = "heap_kinetic_ratio"
         yield self.check(setup, name, lambda s: float(np.median(s.values(name))), tolerance=AT_REST)
 

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from harness.cases import bulk
-from harness.cases.base import Quantity
+from harness.cases.base import Check, Quantity
 from harness.cases.bulk import BulkCase, Curve, Plane, Setup, beds
 from harness.cases.bulk.beds import LATTICE, PUBLISHED, BedOfOneKind, Floats, PublishedBed, Sphere
 from harness.cases.bulk.comparison import Sample
@@ -36,7 +36,13 @@ BED = PublishedBed(
 OFFSETS = (0.0, 4e-3, -4e-3, 8e-3, -8e-3, 12e-3, -12e-3, 16e-3)
 OVER = "over the kinetic energy of the sphere at its release"
 TURNED = 0.04  # [s] in which the sphere turns back in the published bed, after some 30 ms
+FREE = 0.5  # share of the way to the level surface of the bed over which the sphere falls freely
 FINAL = 0.1  # share of the time after the release over which the final height is averaged
+# bounds of physics
+LATE = -2.0, 2.0, "a step is the resolution, and a scheme may write one late"
+KEPT = "the sphere keeps its energy; a hundredth is what springs of the bed change, another one a "
+KEPT += "bed that settles by a thousandth of its height"
+IN_FLIGHT = -0.1, 0.1, KEPT
 
 
 class Penetration(BedOfOneKind):
@@ -167,6 +173,10 @@ class PenetrationCase(BulkCase[Penetration]):
         Quantity("slowed_time_s", "s", "until it falls at a tenth of its largest speed", 0.05),
         Quantity("peak_deceleration_m_per_s2", "m/s2", "largest mean between two rows", 100.0),
         Quantity("rebound_speed_m_per_s", "m/s", "largest, upward; 0: none", 0.01),
+        Quantity("fall_error_steps", "steps", "largest time by which height or velocity of the "
+                 "sphere are off a free fall, half way to the bed"),
+        Quantity("flight_loss_ratio", "1",
+                 f"loss of kinetic and potential energy until then, {OVER}", 1e-3),
         Quantity("energy_gain_ratio", "1", f"largest gain of kinetic and potential energy, {OVER}"),
         Quantity("dissipated_ratio", "1", f"loss of kinetic and potential energy, {OVER}"),
         Quantity("elastic_ratio", "1", f"elastic energy of normal springs at rest, {OVER}", 0.1),
@@ -234,6 +244,11 @@ class PenetrationCase(BulkCase[Penetration]):
             "bed_coordination": output.number("coordination"),
             "bed_kinetic_ratio": moving / scale,
         }
+        way = p.start_height - p.steel_radius - surface
+        flies = np.logical_and.accumulate(p.start_height - z < FREE * way)
+        if flies.any():
+            values["fall_error_steps"] = _fall_error(p, t[flies], z[flies], v[flies])
+            values["flight_loss_ratio"] = float((released - energy[flies][-1]) / scale)
         if output.has("elastic_J"):  # of the normal springs
             first, end = (output.number(name) / scale for name in ("elastic_J", "end_elastic_J"))
             values |= {"elastic_ratio": first, "end_elastic_ratio": end}
@@ -249,12 +264,25 @@ class PenetrationCase(BulkCase[Penetration]):
         rate = np.gradient(v, t)
         return {"time_s": t, "height_m": z, "velocity_m_per_s": v, "deceleration_m_per_s2": rate}
 
+    def _more_checks(self, setup: Setup[Penetration]) -> Iterator[Check]:
+        """Yield that the sphere falls freely before it meets the bed, and keeps its energy."""
+        yield self.bound_check(setup, "fall_error_steps", *LATE)
+        yield self.bound_check(setup, "flight_loss_ratio", *IN_FLIGHT)
+
     def _plane(self, p: Penetration) -> Plane:
         (length, width), top = p.box, p.start_height + 2.0 * p.steel_radius
         return Plane(0.5 * width, [((0.0, 0.0, length, length), (top, 0.0, 0.0, top))])
 
     def _elastic_bound(self, p: Penetration, sample: Sample) -> float:
         return p.largest_elastic_energy / p.impact_energy
+
+
+def _fall_error(p: Penetration, t: Floats, z: Floats, v: Floats) -> float:
+    """Return the largest error of heights and velocities (M,) of a free fall [steps]."""
+    speed = p.speed + p.gravity * t
+    height = p.start_height - 0.5 * (p.speed + speed) * t
+    late = np.abs(z - height) / speed, np.abs(v + speed) / p.gravity
+    return float(np.max(late) / p.step_size)
 
 
 CASE = PenetrationCase()

@@ -64,7 +64,7 @@ def silo_series(p, rate=2000.0, stop=0.0):
     remaining = np.clip(np.round(p.grains - rate * np.clip(t - 0.1, 0, None)), stop, None)
     return {
         "time_s": t, "remaining": remaining, "astray": np.zeros(500),
-        "kinetic_J": np.full(500, 1e-3), "potential_J": 1e-2 * remaining / p.grains,
+        "kinetic_J": np.where(t < t[-1], 1e-3, 0.0), "potential_J": 1e-2 * remaining / p.grains,
     }  # fmt: skip
 
 
@@ -81,25 +81,34 @@ def silo_output(p, table=None, rate=2000.0, stop=0.0, rise=0.0, **changes):
     return made({**results, **changes}, table, seconds=1.0)
 
 
-def penetration_series(p):
-    """Return a sphere that falls, is stopped within 20 ms and stays there."""
-    t = np.arange(1, 601) * p.duration / 600
-    v = np.minimum(-p.speed * (1 - t / 0.02), 0.0)
-    z = p.start_height + np.cumsum(v) * (t[1] - t[0])
-    kinetic = 0.5 * p.steel.mass * v**2
+def penetration_series(p, depth=0.008, surface=0.012):
+    """Return a sphere that falls to a ``surface``, and is stopped evenly at a ``depth`` [m]."""
+    t = np.arange(1, p.steps // p.every + 1) * p.every * p.step_size
+    way = p.start_height - p.steel_radius - surface
+    fastest = math.sqrt(p.speed**2 + 2.0 * p.gravity * way)
+    fall, stop = (fastest - p.speed) / p.gravity, 2.0 * depth / fastest  # [s]
+    left = np.clip(1.0 - (t - fall) / stop, 0.0, 1.0)
+    free = p.start_height - (p.speed + 0.5 * p.gravity * t) * t
+    z = np.where(t < fall, free, p.start_height - way - depth * (1.0 - left**2))
+    v = -np.where(t < fall, p.speed + p.gravity * t, fastest * left)
     return {
-        "time_s": t, "z_m": z, "vz_m_per_s": v, "kinetic_J": kinetic,
-        "potential_J": np.full(600, 1e-4),
+        "time_s": t, "z_m": z, "vz_m_per_s": v, "kinetic_J": 0.5 * p.steel.mass * v**2,
+        "potential_J": 1e-4 + p.steel.mass * p.gravity * (z - p.start_height),
     }  # fmt: skip
 
 
-def penetration_output(p, table=None, lower=0.008, gained=0.0, **changes):
-    """Return an impact; ``lower`` [m] moves the sphere down, ``gained`` [J] is energy."""
-    table = table or penetration_series(p)
-    table["z_m"] = table["z_m"] - lower
-    table["potential_J"] = table["potential_J"] + gained
+def penetration_output(p, table=None, depth=0.008, gained=0.0, late=0, lighter=1.0, **changes):
+    """Return an impact; ``depth`` [m] of the sphere, ``gained`` [J] in the last of its fall.
+
+    Its rows are ``late`` by so many, its kinetic energy has a factor ``lighter``.
+    """
+    table = table or penetration_series(p, depth)
+    for name in {*table} - {"time_s"} if late else ():
+        table[name] = np.concatenate([table[name][:late], table[name][:-late]])
+    table["kinetic_J"] = lighter * table["kinetic_J"]
+    table["potential_J"][table["z_m"] < p.start_height - 0.007] += gained
     results = {
-        "bed_kinetic_J": 0.0, "release_potential_J": 1e-4, "elastic_J": 1e-6,
+        "bed_kinetic_J": 1e-9, "release_potential_J": 1e-4, "elastic_J": 1e-6,
         "end_elastic_J": 1e-6, "coordination": 4.2, "mean_height_m": 0.006, "grains": p.grains,
         "outside": 0, "steps": p.settle_steps + p.steps,
     }  # fmt: skip
@@ -119,14 +128,15 @@ def heap_series(p, angle=30.0, rows=100):
     return {
         "time_s": t, "remaining": np.full(rows, 0.6 * p.grains), "astray": np.zeros(rows),
         "kinetic_J": np.full(rows, 1e-12), "potential_J": np.linspace(2e-2, 1e-2, rows),
-        "count": np.full((rows, 20), 50.0), "height_m": np.tile(mean, (rows, 1)),
+        "count": np.full((rows, 20), 50.0),
+        "height_m": mean * np.where(t < t[1], 1.01, 1.0)[:, None],
     }  # fmt: skip
 
 
 def heap_output(p, table=None, angle=30.0, moving=1e-12, rise=0.0, running=0, **changes):
     """Return a heap; ``moving`` [J] at the end, ``rise`` [J] gained, ``running`` grains late."""
     table = table or heap_series(p, angle)
-    table["kinetic_J"] = np.full_like(table["kinetic_J"], moving)
+    table["kinetic_J"] = moving * np.linspace(2.0, 1.0, len(table["kinetic_J"]))
     table["potential_J"][50:] += rise
     table["remaining"][:-1] += running
     results = {
@@ -136,20 +146,21 @@ def heap_output(p, table=None, angle=30.0, moving=1e-12, rise=0.0, running=0, **
     return made({**results, **changes}, table, seconds=1.0)
 
 
-def drum_lattice(p):
-    """Return the sites of the first lattice of a drum, large grains first, (N, 3) [m]."""
-    split, places = 2.0 * p.large_layers * p.large_radius * p.spacing, []
-    top = split - p.large_radius * (1.0 + p.scatter)
-    low = split + p.small_radius * (1.0 + p.scatter)
-    high = low + 2.0 * p.small_layers * p.small_radius * p.spacing
-    for radius, lowest, highest in ((p.large_radius, -1.0, top), (p.small_radius, low, high)):
-        site = 2.0 * radius * p.spacing * (np.arange(-40, 40) + 0.5)
-        x, y, z = (axis.ravel() for axis in np.meshgrid(site, site, site, indexing="ij"))
-        reach = p.drum_radius - radius * (1.0 + math.sqrt(2.0) * p.scatter)
-        along = 0.5 * p.drum_length - radius * (1.0 + p.scatter)
-        inside = (np.hypot(x, z) <= reach) & (abs(y) <= along) & (z >= lowest) & (z <= highest)
-        places.append(np.column_stack([x, y, z])[inside])
-    return np.concatenate(places)
+def drum_bed(p):
+    """Return a bed of grains that hardly touch, large ones below, densely packed, (N, 3) [m]."""
+    places, z = [], -p.drum_radius
+    for radius, count in zip((p.large_radius, p.small_radius), p.counts, strict=True):
+        pitch, z, end = 1.96 * radius, z + radius, len(places) + count
+        for layer in range(100):  # squares, each one above the gaps of that below: fcc
+            half = math.sqrt(max((p.drum_radius - radius) ** 2 - z**2, 0.0))
+            site = pitch * (np.arange(-60, 60) + 0.5 * (layer % 2))
+            x, y = (site[abs(site) <= size] for size in (half, 0.5 * p.drum_length - radius))
+            places += [(a, b, z) for a in x for b in y][: end - len(places)]
+            if len(places) == end:
+                break
+            z += pitch / math.sqrt(2.0)
+        z += radius
+    return np.array(places)
 
 
 def grains_below_a_plane(p, slope=0.5):
@@ -161,18 +172,27 @@ def grains_below_a_plane(p, slope=0.5):
     return np.column_stack([r * np.cos(phi), y, r * np.sin(phi)])
 
 
-def turning(p, places, spin):
-    """Return the series of grains at places (N, 3) [m] that turn about the axis [rad/s]."""
+def turning(p, places, spin, most=math.inf):
+    """Return the series of grains at places (N, 3) [m] that turn about the axis [rad/s].
+
+    They turn by an angle at ``most`` [rad], and move along the axis a bit.
+    """
     steps = p.settle_steps + p.every * np.arange(p.steps // p.every + 1)
     angle = spin * p.step_size * (steps[:, None] - p.settle_steps)
+    angle = np.clip(angle, -most, most)
     (x, y, z), c, s = places.T, np.cos(angle), np.sin(angle)
-    rows = np.ones((len(steps), 1))
-    return {"step": steps, "x_m": x * c + z * s, "y_m": rows * y, "z_m": z * c - x * s}
+    return {
+        "step": steps, "x_m": x * c + z * s, "y_m": y * (1.0 + 1e-9 * angle), "z_m": z * c - x * s
+    }  # fmt: skip
 
 
-def drum_output(p, table=None, spin=None, **changes):
-    """Return a drum whose grains turn with it, unless they turn at ``spin`` [rad/s]."""
-    table = table or turning(p, drum_lattice(p), p.speed if spin is None else spin)
+def drum_output(p, table=None, aslant=0.5, lift=0.0, **changes):
+    """Return a drum whose bed turns with it until it is ``aslant`` [rad].
+
+    From the fifth row on all grains are higher by ``lift`` [m].
+    """
+    table = table or turning(p, drum_bed(p), p.speed, most=aslant)
+    table["z_m"][5:] += lift
     results = {
         "bed_kinetic_J": 1e-9, "large": p.counts[0], "small": p.counts[1],
         "steps": p.settle_steps + p.steps,
@@ -183,7 +203,7 @@ def drum_output(p, table=None, spin=None, **changes):
 OUTPUTS = {"silo": silo_output, "penetration": penetration_output, "heap": heap_output,
            "drum": drum_output}  # fmt: skip
 SERIES = {"silo": silo_series, "penetration": penetration_series, "heap": heap_series}
-MEANS = {"silo": ("rate", 2000.0), "penetration": ("lower", 0.008), "heap": ("angle", 30.0)}
+MEANS = {"silo": ("rate", 2000.0), "penetration": ("depth", 0.008), "heap": ("angle", 30.0)}
 
 
 class StandIn(Engine):

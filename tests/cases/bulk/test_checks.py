@@ -18,27 +18,40 @@ PASS, FAIL, NOT_TESTED = Verdict.PASS, Verdict.FAIL, Verdict.NOT_TESTED
 FINDING = Verdict.FINDING
 SOUND = {
     "silo": {
-        "energy_rise_ratio": PASS, "bed_kinetic_ratio": PASS, "arching": FINDING,
-        "beverloo_factor": FINDING, "shaft_load_ratio": FINDING,
+        "energy_rise_ratio": PASS, "bed_kinetic_ratio": PASS, "bed_solid_fraction": PASS,
+        "arching": FINDING, "beverloo_factor": FINDING, "shaft_load_ratio": FINDING,
     },
-    "drum": {"drum_energy_gain_ratio": PASS, "bed_kinetic_ratio": PASS},
+    "drum": {
+        "drum_energy_gain_ratio": PASS, "bed_kinetic_ratio": PASS, "bed_solid_fraction": PASS,
+        "surface_angle_deg": PASS,
+    },
     "heap": {
-        "heap_energy_rise_ratio": PASS, "filling_kinetic_ratio": PASS, "heap_kinetic_ratio": PASS,
+        "heap_energy_rise_ratio": PASS, "filling_kinetic_ratio": PASS, "angle_deg": PASS,
+        "heap_kinetic_ratio": PASS,
     },
-    "penetration": {"energy_gain_ratio": PASS, "bed_kinetic_ratio": PASS},
+    "penetration": {
+        "energy_gain_ratio": PASS, "bed_kinetic_ratio": PASS, "bed_solid_fraction": PASS,
+        "fall_error_steps": PASS, "flight_loss_ratio": PASS,
+    },
 }  # fmt: skip
 # case, changed outputs by seed, the row that turns, its verdict: a bed that still moves is the
 # fault of the time that it had to settle
 FAULTS = [
     ("silo", {3: {"rise": 1e-3}}, "energy_rise_ratio", FAIL),
     ("silo", {2: {"bed_kinetic_J": 2e-5}}, "bed_kinetic_ratio", NOT_TESTED),
-    ("drum", {4: {"spin": -4.08}}, "drum_energy_gain_ratio", FAIL),
+    ("silo", {2: {"mean_height_m": 0.06}}, "bed_solid_fraction", FAIL),
+    ("silo", {2: {"bed_kinetic_J": 0.0}}, "bed_kinetic_ratio", FAIL),
+    ("drum", {4: {"lift": 2e-3}}, "drum_energy_gain_ratio", FAIL),
+    ("drum", {4: {"aslant": 1e-3}}, "surface_angle_deg", FAIL),
     ("drum", {1: {"bed_kinetic_J": 1e-5}}, "bed_kinetic_ratio", NOT_TESTED),
     ("heap", {3: {"rise": 5e-3}}, "heap_energy_rise_ratio", FAIL),
     ("heap", {3: {"bed_kinetic_J": 1e-3}}, "filling_kinetic_ratio", NOT_TESTED),
     ("heap", {seed: {"moving": 1e-4} for seed in (1, 2, 4)}, "heap_kinetic_ratio", FAIL),
     ("penetration", {1: {"gained": 1e-5}}, "energy_gain_ratio", FAIL),
     ("penetration", {4: {"bed_kinetic_J": 2e-6}}, "bed_kinetic_ratio", NOT_TESTED),
+    ("penetration", {2: {"late": 1}}, "fall_error_steps", FAIL),
+    ("penetration", {2: {"lighter": 0.5}}, "flight_loss_ratio", FAIL),
+    ("heap", {3: {"angle": 3.0}}, "angle_deg", FAIL),
 ]
 
 

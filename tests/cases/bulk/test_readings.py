@@ -18,7 +18,15 @@ from harness.cases.bulk.silo import (
     janssen_share,
 )
 from harness.errors import EngineLostAtomsError, EngineOutputError, EngineUndecidedError
-from tests.cases.bulk.doubles import CASES, SERIES, grains_below_a_plane, measure, ridge, turning
+from tests.cases.bulk.doubles import (
+    CASES,
+    SERIES,
+    drum_bed,
+    grains_below_a_plane,
+    measure,
+    ridge,
+    turning,
+)  # fmt: skip
 from tests.cases.common import made
 
 # ---- damaged and undecided outputs
@@ -37,11 +45,32 @@ def cut_silo():
 
 
 def falling():
-    return {**SERIES["penetration"](Penetration()), "vz_m_per_s": np.full(600, -0.3)}
+    table = SERIES["penetration"](Penetration())
+    return {**table, "vz_m_per_s": np.minimum(table["vz_m_per_s"], -0.3)}
+
+
+def constant(name, column):
+    """Return the series of a case in which a column has the value of the first row in all."""
+    table = SERIES[name](CASES[name].default)
+    return {**table, column: np.repeat(table[column][:1], len(table[column]), axis=0)}
+
+
+def wrong_clock(name, factor):
+    table = SERIES[name](CASES[name].default)
+    return {**table, "time_s": factor * table["time_s"]}
+
+
+def at_rest_in_the_drum():
+    return turning(Drum(), drum_bed(Drum()), 0.0)
+
+
+def turned_too_far():
+    table = turning(Drum(), drum_bed(Drum()), 4.08, most=0.5)
+    return {**table, "step": Drum().settle_steps + 1.02 * (table["step"] - Drum().settle_steps)}
 
 
 def drum_beyond(column, value):
-    table = turning(Drum(), grains_below_a_plane(Drum()), 0.0)
+    table = turning(Drum(), grains_below_a_plane(Drum()), Drum().speed)
     table[column][50, 0] = value
     return table
 
@@ -65,6 +94,17 @@ WRONG = [  # case, series, changed results, error, its words
     ("drum", lambda: drum_beyond("x_m", 0.03), {}, LOST, "beyond the walls after 90 deg"),
     ("drum", lambda: drum_beyond("y_m", 0.011), {}, LOST, "beyond the walls after 90 deg"),
     ("drum", None, {"small": 1}, OUTPUT, "small = 1"),
+    # a frozen or wrong column, and a clock that is not that of the steps
+    ("silo", lambda: constant("silo", "kinetic_J"), {}, OUTPUT, "kinetic_J never changes"),
+    ("heap", lambda: constant("heap", "height_m"), {}, OUTPUT, "height_m never changes"),
+    ("penetration", lambda: constant("penetration", "z_m"), {}, OUTPUT, "z_m never changes"),
+    ("drum", at_rest_in_the_drum, {}, OUTPUT, "x_m never changes"),
+    *(
+        (name, lambda name=name: wrong_clock(name, 1.01), {}, OUTPUT, "whose clock is wrong")
+        for name in SERIES
+    ),
+    ("heap", lambda: wrong_clock("heap", 0.99), {}, OUTPUT, "whose clock is wrong"),
+    ("drum", turned_too_far, {}, OUTPUT, "whose clock is wrong"),
 ]
 
 
@@ -129,19 +169,22 @@ def test_beverloos_scale_is_that_of_a_free_fall_from_the_orifice():
 
 
 def test_depth_deceleration_and_balance_follow_from_the_series_and_the_bed():
-    p, found = Penetration(), measure("penetration", lower=0.0)
-    last = SERIES["penetration"](p)["z_m"][-1]
-    assert found["final_height_m"] == pytest.approx(last)
-    assert found["final_depth_m"] == pytest.approx(0.012 + 0.004 - last)
-    assert found["peak_deceleration_m_per_s2"] == pytest.approx(p.speed / 0.02)
-    assert found["slowed_time_s"] == pytest.approx(0.018, abs=2 * p.duration / 600)
+    p, found = Penetration(), measure("penetration", depth=0.008)
+    fastest = math.sqrt(p.speed**2 + 2 * p.gravity * 0.01)
+    assert found["final_height_m"] == pytest.approx(0.012 + 0.004 - 0.008)
+    assert found["final_depth_m"] == pytest.approx(0.008)
+    assert found["peak_deceleration_m_per_s2"] == pytest.approx(fastest**2 / 0.016)
+    slowed = (fastest - p.speed) / p.gravity + 0.9 * 0.016 / fastest
+    assert found["slowed_time_s"] == pytest.approx(slowed, abs=2 * p.duration / 600)
     assert found["energy_gain_ratio"] == 0.0
-    assert found["dissipated_ratio"] == pytest.approx(1.0)
+    lost = 1.0 + p.steel.mass * p.gravity * 0.018 / p.impact_energy
+    assert found["dissipated_ratio"] == pytest.approx(lost, rel=1e-4)
     # one grain in a cell of the lattice, which shrank from 9 * 2.4 mm to 12 mm
     assert found["bed_solid_fraction"] == pytest.approx(math.pi / 6 / 1.2**3 * 21.6 / 12)
     assert found["microseconds_per_particle_step"] == pytest.approx(0.1, rel=1e-2)
     springs = {"elastic_J": 0.3 * p.impact_energy, "end_elastic_J": 0.1 * p.impact_energy}
-    assert measure("penetration", **springs)["balance_ratio"] == pytest.approx(1.0 + 0.3 - 0.1)
+    balance = measure("penetration", **springs)["balance_ratio"]
+    assert balance == pytest.approx(lost + 0.3 - 0.1, rel=1e-4)
 
 
 # ---- heap
@@ -184,7 +227,8 @@ def test_angle_and_share_that_remains_are_read_from_the_series():
 
 
 def test_grains_at_random_below_a_plane_are_mixed_and_have_its_angle():
-    found = measure("drum", turning(Drum(), grains_below_a_plane(Drum()), 0.0))
+    table = turning(Drum(), grains_below_a_plane(Drum()), Drum().speed, most=1e-5)
+    found = measure("drum", table)
     assert found["mixing_index"] == pytest.approx(1.0, abs=0.05)
     assert found["mixing_index"] == pytest.approx(found["first_mixing_index"])
     assert found["surface_angle_deg"] == pytest.approx(math.degrees(math.atan(0.5)), abs=5.0)
