@@ -104,6 +104,21 @@ def test_a_planted_fault_turns_a_row(fault):
     assert Failure.HARNESS not in failures
 
 
+def late(_, motion):
+    """Return a motion whose samples are one late; one that is frozen differs by more."""
+    chosen = np.maximum(np.arange(len(motion)) - 1, 0)
+    arrays = {n: a[chosen] for n, a in vars(motion).items() if n != "time" and a is not None}
+    return replace(motion, **arrays)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_every_run_of_quick_shows_samples_that_are_late(case):
+    rows = rows_of(case, twin(change_motion=late))
+    failing = {row.setup for row in rows if row.verdict is Verdict.FAIL}
+    assert failing == {row.setup for row in rows}
+    assert not any(row.failure is Failure.HARNESS for row in rows)
+
+
 @pytest.mark.parametrize(
     "name", ["head-on", "slip-to-roll", "collision", "curved-wall", "pull-off"]
 )
