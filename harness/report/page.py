@@ -349,6 +349,10 @@ def _cause(group: Sequence[Entry], defects: Defects) -> Cause:
         for defect in known.values():
             sentences.append(defect_sentence(defect))
             sentences += [f"Upstream: {defect['upstream']}."] if defect.get("upstream") else []
+            if defect.get("undetermined"):
+                sentences.append(
+                    f"Not computed, so that other faults may hide here: {defect['undetermined']}."
+                )
         scripts = (name for name, defect in known.items() if defect.get("script"))
         command = "\n".join(f"dem-harness defect {name}" for name in scripts)
         return Cause(row.verdict, row.defect, [*filter(None, sentences)], group, command)

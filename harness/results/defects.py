@@ -63,7 +63,7 @@ class KnownDefect(Parameters):
     since: str = Field("", description="[-] first release known to have it, empty for all")
     until: str = Field("", description="[-] last release known to have it, empty for all")
     command: str = Field(
-        "", description="[-] option of the program that brings it; runs without it are not fixed")
+        "", description="[-] option of the program that brings it; runs without it have it not")
     upstream: str = Field(min_length=5, description="[-] what its developers wrote of it")
     script: str = Field("", description="[-] file that shows it with the engine alone")
     faults: dict[str, Any] = Field({}, description="[-]")
@@ -125,6 +125,10 @@ class KnownDefect(Parameters):
             and _pattern(checks).match(row.check) is not None
             and self.has_release(row.version)
         )
+
+    def has_option(self, how: str) -> bool:
+        """Return whether a program was started with the value of its option."""
+        return self.command.split()[-1] in how.split()
 
     def has_release(self, version: str) -> bool:
         """Return whether a version is of the releases that are known to have it."""

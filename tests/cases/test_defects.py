@@ -30,9 +30,13 @@ class Code(Twin):
 
     name = "code"
 
-    def __init__(self, faults=None, rules=None, error=None, factor=1.0):
+    def __init__(self, faults=None, rules=None, error=None, factor=1.0, how="compiled"):
         super().__init__(declared=Rules())
+        self.how = how
         self.faults, self.behaves, self.error, self.factor = faults, rules, error, factor
+
+    def identify(self):
+        return replace(super().identify(), how=self.how)
 
     def _motion(self, scene):
         motion = reference.run(scene, self.behaves, self.faults)
@@ -130,9 +134,11 @@ def test_a_run_that_holds_where_the_switch_moves_it_is_fixed():
     assert verdicts(rows) == ["fixed", "fixed", "pass", "pass"]
     assert rows[0].defect == "weak"
     assert verdicts(rows_of(Code(), version="2025")) == ["pass"] * 4
-    optional = (WEAK.replace(command="-sf weak"),)  # it may be run without that
-    assert verdicts(rows_of(Code(), optional)) == ["pass"] * 4
-    assert verdicts(rows_of(Code(TSUJI_FAULT), optional)) == ["known defect"] * 3 + ["pass"]
+    optional, how = (WEAK.replace(command="-sf weak"),), "executable, -sf weak"
+    assert verdicts(rows_of(Code(how=how), optional)) == ["pass"] * 4  # some parts may be without
+    with_option, without = Code(TSUJI_FAULT, how=how), Code(TSUJI_FAULT)
+    assert verdicts(rows_of(with_option, optional)) == ["known defect"] * 3 + ["pass"]
+    assert verdicts(rows_of(without, optional)) == ["fail"] * 3 + ["pass"]
     sliding = rows_of(Code(), (WEAK.replace(laws=("*",)),), scene=SLIDING, setup="hooke, wall")
     assert verdicts(sliding) == ["pass"] * 4  # the switch moves nothing here
 

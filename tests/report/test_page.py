@@ -116,6 +116,9 @@ def test_rows_of_one_defect_are_one_cause_and_failures_differ_by_engine_and_clas
     (cause,) = causes(entries_of(table([several])), {**DEFECTS, "soft": soft})
     assert cause.sentences[2:] == ["Springs are soft.", "Upstream: issue 13."]
     assert cause.command.splitlines()[1] == "dem-harness defect soft"
+    hides = {"soft": {**soft, "undetermined": "the order is not known"}}
+    (cause,) = causes(entries_of(table([replace(several, defect="soft")])), hides)
+    assert cause.sentences[-1].startswith("Not computed, so that other faults may hide here: the")
     used = {(3.0, 4.0): "50 %", (1.0, 0.0): "0 %", (3.0, 0.0): "", (1e6, 1.0): "> 1e4 %"}
     for (value, tolerance), percent in used.items():
         row = replace(ANGLE, value=value, expected=1.0, tolerance=tolerance, verdict=Verdict.PASS)
