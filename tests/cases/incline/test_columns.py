@@ -134,6 +134,17 @@ def test_a_path_off_the_inclines_is_seen():
     assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
 
 
+@pytest.mark.parametrize("fault", ["step", "samples"])
+def test_a_fault_that_both_paths_share_is_seen(fault):
+    def late(_, motion):
+        chosen = np.maximum(np.arange(len(motion)) - 1, 0)
+        return replace(motion, position=motion.position[chosen], velocity=motion.velocity[chosen])
+
+    engine = Twin(scaled("step", 1 + 1e-9)) if fault == "step" else Twin(change_motion=late)
+    row = rows_of(engine)[0]
+    assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
+
+
 def test_two_paths_that_are_equal_as_neither_moves_are_a_failure():
     row = rows_of(Twin(change_motion=lambda _, m: replace(m, position=0.0 * m.position)))[0]
     assert (row.quantity, row.verdict) == ("path_difference_m", Verdict.FAIL)
