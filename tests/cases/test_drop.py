@@ -78,6 +78,11 @@ def blind(_, motion):
     return replace(motion, velocity=motion.velocity[:1].repeat(len(motion), axis=0))
 
 
+def frozen(_, motion):
+    first = np.zeros(len(motion), dtype=int)
+    return replace(motion, position=motion.position[first], velocity=motion.velocity[first])
+
+
 def interchanged(_, motion):
     return replace(motion, velocity=motion.velocity[:, :, [1, 0, 2]])
 
@@ -97,6 +102,7 @@ FAULTS = {  # fault: (engine, setup and quantity of a row that must turn)
     "late contact": (Twin(same, late), "contact found within two steps", "onset_steps"),
     "no contact": (Twin(same, blind), "contact lasts its time", "contact_time_ratio"),
     "tangential drag": (Twin(same, dragged), "oblique contact", "angular_momentum_ratio"),
+    "frozen": (Twin(same, frozen), "oblique contact", "angular_momentum_ratio"),
     "speed off": (Twin(same, faster), "energy of a free fall", "energy_ratio"),
     "gravity": (Twin(scaled("gravity", 1.001)), "free fall", "fall_ratio"),
     "columns interchanged": (Twin(same, interchanged), HEAD_ON, PATH),
