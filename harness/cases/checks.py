@@ -355,11 +355,11 @@ class _Run:
         if dead := [row for row in failing if math.isnan(row.value)]:
             errors = {row.key: error_defect(self.defects, row.note) for row in dead}
             return self._marked({key: (defect,) for key, defect in errors.items() if defect})
-        found = explanation(self.defects, self.trial) if self.trial else ()
-        found = found or tuple(filter(self._is_given_by, self.defects))[:1]
-        found = found or next(filter(None, map(self._hidden_by, self.defects)), ())
+        defects = explanation(self.defects, self.trial) if self.trial else ()
+        defects = defects or tuple(filter(self._is_given_by, self.defects))[:1]
+        defects = defects or next(filter(None, map(self._hidden_by, self.defects)), ())
         deciding = {row.key: row.quantity for _, row in self.deciding if row in failing}
-        if not found:
+        if not defects:
             passing = self._passing_rules()
             return [
                 replace(row, note=joined(row.note, passing)) if row.key in deciding else row
@@ -371,7 +371,7 @@ class _Run:
             for row in failing
             if row.kind is Kind.CROSS_CODE or not self.trial or row.quantity in deciding.values()
         ]
-        return self._marked({row.key: found for row in explained})
+        return self._marked({row.key: defects for row in explained})
 
     def _marked(self, causes: Mapping[Key, Sequence[KnownDefect]]) -> list[Row]:
         rows = []

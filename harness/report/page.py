@@ -344,16 +344,16 @@ def _cause_key(row: Row) -> tuple[str, ...]:
 def _cause(group: Sequence[Entry], defects: Defects) -> Cause:
     row = group[0].row
     if row.defect:
-        known = {name: defects[name] for name in defects_of(row.defect) if name in defects}
-        sentences = [] if known else [row.note]
-        for defect in known.values():
+        tables = {name: defects[name] for name in defects_of(row.defect) if name in defects}
+        sentences = [] if tables else [row.note]
+        for defect in tables.values():
             sentences.append(defect_sentence(defect))
             sentences += [f"Upstream: {defect['upstream']}."] if defect.get("upstream") else []
             if defect.get("undetermined"):
                 sentences.append(
                     f"Not computed, so that other faults may hide here: {defect['undetermined']}."
                 )
-        scripts = (name for name, defect in known.items() if defect.get("script"))
+        scripts = (name for name, defect in tables.items() if defect.get("script"))
         command = "\n".join(f"dem-harness defect {name}" for name in scripts)
         return Cause(row.verdict, row.defect, [*filter(None, sentences)], group, command)
     if row.verdict is Verdict.NOT_TESTED:

@@ -244,8 +244,8 @@ class PenetrationCase(BulkCase[Penetration]):
             "bed_coordination": output.number("coordination"),
             "bed_kinetic_ratio": moving / scale,
         }
-        way = p.start_height - p.steel_radius - surface
-        flies = np.logical_and.accumulate(p.start_height - z < FREE * way)
+        height = p.start_height - p.steel_radius - surface
+        flies = np.logical_and.accumulate(p.start_height - z < FREE * height)
         if flies.any():
             values["fall_error_steps"] = _fall_error(p, t[flies], z[flies], v[flies])
             values["flight_loss_ratio"] = float((released - energy[flies][-1]) / scale)
