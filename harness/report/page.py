@@ -345,9 +345,8 @@ def _cause(group: Sequence[Entry], defects: Defects) -> Cause:
     row = group[0].row
     if row.defect:
         tables = {name: defects[name] for name in defects_of(row.defect) if name in defects}
-        sentences = [] if tables else [row.note]
+        sentences = [" ".join(map(defect_sentence, tables.values())) or row.note]
         for defect in tables.values():
-            sentences.append(defect_sentence(defect))
             sentences += [f"Upstream: {defect['upstream']}."] if defect.get("upstream") else []
             if defect.get("undetermined"):
                 sentences.append(
