@@ -113,9 +113,11 @@ class Bench:
         return [(job, future) for job in jobs if (future := self._runs.claim(job_key(job)))]
 
     def _run(self, claimed: Sequence[tuple[Job, Future[Any]]]) -> None:
+        if not claimed:
+            return
         futures = [future for _, future in claimed]
         try:
-            for place, outcome in self.engine.outcomes([j for j, _ in claimed]) if claimed else ():
+            for place, outcome in self.engine.outcomes([job for job, _ in claimed]):
                 futures[place].set_result(outcome)
         except BaseException as error:
             for future in futures:

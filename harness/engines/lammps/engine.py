@@ -252,14 +252,13 @@ class Lammps(LammpsLanguage):
 
     def _scene_batches(self, launcher: Sequence[str]) -> Batches[Task, Motion]:
         command = [*launcher, self._scene_program, *self.arguments, *BATCH]
-        environment = {**SLEEPING, **os.environ} if launcher else None
 
         def write(folder: Path, tasks: Sequence[Task]) -> list[str]:
             self.write(folder, tasks)
             return command
 
         return replace(self.batches(self.read_scene), write=write,
-                       environment=lambda folder: environment)  # noqa: ARG005 # fmt: skip
+                       environment=lambda folder: _environment(launcher))  # noqa: ARG005 # fmt: skip
 
     def read_samples(self, folder: Path, scene: Scene) -> Motion:
         """Return the motion of a dump; torques on frozen bodies, which LAMMPS sets to 0, are NaN.
@@ -304,8 +303,8 @@ class Lammps(LammpsLanguage):
         return ""
 
     def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
-        """Return an environment in which ranks that wait sleep, None without a launcher."""
-        return {**SLEEPING, **os.environ} if self._launcher else None
+        """Return that of the launcher which starts the scripts."""
+        return _environment(self._launcher)
 
     def command(self, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""
@@ -357,6 +356,11 @@ def _scene_and_variation(job: Job) -> tuple[Scene, Variation]:
     if name := job.values.get("variation"):
         _, scene, variation = next(row for row in variations(scene) if row.name == name)
     return scene, replace(variation, units="lj" if job.values.get("units") == "lj" else "si")
+
+
+def _environment(launcher: Sequence[str]) -> Mapping[str, str] | None:
+    """Return an environment in which ranks that wait sleep, None without a launcher."""
+    return {**SLEEPING, **os.environ} if launcher else None
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:
