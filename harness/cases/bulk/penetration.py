@@ -200,11 +200,11 @@ class PenetrationCase(BulkCase[Penetration]):
     )  # fmt: skip
     curves = (
         TIMED("heights", "Height of the sphere over time", y="height_m",
-              y_label="height of the sphere's centre (mm)", scale=(1e3, 1e3)),
+              y_label="height of its centre (mm)", scale=(1e3, 1e3)),
         TIMED("velocities", "Velocity of the sphere over time", y="velocity_m_per_s",
-              y_label="velocity of the sphere, upward (m/s)", scale=(1e3, 1.0)),
+              y_label="upward velocity (m/s)", scale=(1e3, 1.0)),
         TIMED("decelerations", "Deceleration of the sphere over time", y="deceleration_m_per_s2",
-              y_label="deceleration of the sphere (m/s2)", scale=(1e3, 1.0)),
+              y_label="deceleration (m/s2)", scale=(1e3, 1.0)),
     )  # fmt: skip
     gain = "energy_gain_ratio"
     rest_scale = "the energy of the sphere"
