@@ -46,6 +46,16 @@ def contact_time(scene: Scene) -> float:
 
     Raise RequestError for a contact that does not end.
     """
+    return shielded(_contact_time, scene)
+
+
+@lru_cache(maxsize=4096)
+def yield_time(scene: Scene) -> float:
+    """Return after which time of its first contact [s] a sphere of mdr yields; inf if never."""
+    return shielded(_yield_time, scene)
+
+
+def _contact_time(scene: Scene) -> float:
     impact = _impact(scene)
     if impact.yields:
         # a whole number of steps until it yields, which is noticed at one phase of them all
@@ -56,9 +66,7 @@ def contact_time(scene: Scene) -> float:
     return lasts + _shift(scene, lasts, _stepped_time)
 
 
-@lru_cache(maxsize=4096)
-def yield_time(scene: Scene) -> float:
-    """Return after which time of its first contact [s] a sphere of mdr yields; inf if never."""
+def _yield_time(scene: Scene) -> float:
     impact = _impact(scene)
     if not impact.yields:
         return math.inf
@@ -217,12 +225,12 @@ def _solve(straight: Scene, end: float, *, closing: bool) -> float:
     )
     start, scales = (0.0, 0.0, impact.speed), (impact.elastic_time, impact.speed)
     if closing:
-        return shielded(_first, approach, start, (-1.0, 0.0), -end, *scales)[0]
-    turn = shielded(_first, approach, start, (0.0, 1.0), 0.0, *scales)
+        return _first(approach, start, (-1.0, 0.0), -end, *scales)[0]
+    turn = _first(approach, start, (0.0, 1.0), 0.0, *scales)
     if not math.isnan(turn[0]):  # the contact remembers its largest overlap
         _acceleration(approach, turn[1], 0.0)
         approach = approach._replace(largest=turn[1], sides=system.sides[0].copy())
-    return shielded(_first, approach, turn, (1.0, 0.0), end, *scales)[0]
+    return _first(approach, turn, (1.0, 0.0), end, *scales)[0]
 
 
 @kernel
