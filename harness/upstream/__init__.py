@@ -348,7 +348,8 @@ def sections(run: Run) -> tuple[Section, ...]:
     ).swaplevel(axis=1)  # fmt: skip
     both = (cells[RECORDED_MOTION] + " / " + cells[MOTION]).fillna("-").reset_index()
     untested = rows[rows["verdict"] == Verdict.NOT_TESTED]
-    reasons = untested.assign(reason=untested["note"].str.partition(" (src")[0])
+    texts = untested["note"].str.split(" (src", n=1, regex=False).str[0]
+    reasons = untested.assign(reason=texts)
     numbers = reasons.groupby(["release", "quantity", "reason"])["test"].nunique()
     return (
         Section(TITLE, INTRODUCTION, (Table("By release", counts),)),
