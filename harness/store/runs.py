@@ -235,7 +235,7 @@ class Run:
         return self.rows
 
     def to_json(self) -> dict[str, Any]:
-        """Return ``status``, ``headline``, the metadata, ``rows`` and ``changes``, JSON-ready."""
+        """Return ``status``, ``headline``, the metadata, ``rows`` and ``regressions``, JSON-ready."""
         return {
             "status": self.status,
             "headline": self.headline,
@@ -399,7 +399,10 @@ def read_rows(file: Path) -> pd.DataFrame:
 
 
 def parsed_rows(text: str) -> pd.DataFrame:
-    """Return the rows of a CSV text. Raise ValueError, naming the line, where it is damaged."""
+    """Return the rows of a CSV text.
+
+    Raise ValueError, naming the line, or the column and its value, where it is damaged.
+    """
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     if tuple(next(reader, ())) != COLUMNS:
         raise ValueError(f"line 1: the columns must be {', '.join(COLUMNS)}")

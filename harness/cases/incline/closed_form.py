@@ -40,7 +40,7 @@ NO_REBOUND = 1e-6  # restitution below which the angle of rigid spheres is the c
 LARGEST_SIZE_RATIO = 100.0  # with a critical angle of 5.6e-5 deg
 ONE_SHOCK_CAVEAT = (
     "critical_angle_deg takes one collision for the many rebounds in a well: rigid spheres, "
-    "event_driven_deg, differ from both readings at every restitution above 0"
+    "event_driven_deg up to a restitution of 0.7, differ from both readings above 0"
 )
 
 
