@@ -65,7 +65,7 @@ class Yade(SceneFileEngine):
     traits = Traits(
         install_hint="apt install yade (Debian, Ubuntu), or --program yade=PATH",
         versions=("2023.02a",),
-        integrator="mfix-euler",
+        integrator="velocity-verlet",
         microseconds_per_step=5.0,
         title="Yade",
     )
