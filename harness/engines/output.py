@@ -90,7 +90,7 @@ class Provenance:
     """Identify the engine behind a result.
 
     ``how`` is ``in-process``, ``executable`` or the launcher that started it, with the arguments
-    of the executable, or ``compiled``.
+    of the executable, ``worker`` (a Python that has it), or ``compiled``.
     """
 
     engine: str
