@@ -153,7 +153,7 @@ class Scene(Parameters):
     Every pair of bodies interacts unless neither is free or ``pairs`` names others; every free
     body interacts with every wall whose ``bodies`` do not leave it out. With ``segments`` the
     motion is prescribed: forces move nothing, all bodies count as held. Raise RequestError for a
-    step that no contact is stable at, and for an impact that never ends.
+    step at which a contact is not stable, and for an impact that never ends.
     """
 
     # fmt: off

@@ -61,9 +61,9 @@ class System(NamedTuple):
 
     ``state`` (N, 5, 3) are position, velocity, angular velocity, force and torque; ``before``
     (N, 2, 3) forces and torques of the step before; ``heat`` (N, 2) temperature and heat flow. The
-    second body of a contact at wall k is -1 - k; its radius is the contact radius of the step
-    before, 0 of an open one; its springs are the tangential, rolling and twisting one. ``movers``
-    are the bodies that are not at rest for ever.
+    second body of a contact at wall k is -1 - k. A contact has its radius of the step before, 0
+    where it is open, and a tangential, a rolling and a twisting spring. ``movers`` are the bodies
+    that are not at rest for ever.
     """
 
     rules: Records

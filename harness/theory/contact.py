@@ -175,7 +175,7 @@ def jkr_contact_radius(state: State, surface_energy: float, modulus: float, radi
 
 
 def jkr_overlap(state: State, surface_energy: float, modulus: float, radius: float) -> float:
-    """Return the overlap [m] of a state: a^2 / R* (1 - 2 / sqrt(s)), negative after pull-off."""
+    """Return the overlap [m] of a state: a^2 / R* (1 - 2 / sqrt(s)), negative for s below 4."""
     a = jkr_contact_radius(state, surface_energy, modulus, radius)
     return a * a / radius * (1.0 - 2.0 / math.sqrt(SIZES[state]))
 
