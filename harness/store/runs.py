@@ -235,7 +235,7 @@ class Run:
         return self.rows
 
     def to_json(self) -> dict[str, Any]:
-        """Return ``status``, ``headline``, the metadata, ``rows`` and ``regressions``, JSON-ready."""
+        """Return ``status``, ``headline``, metadata, ``rows`` and ``regressions``, JSON-ready."""
         return {
             "status": self.status,
             "headline": self.headline,

@@ -17,6 +17,7 @@ from harness.engines.registry import (
     open_engine,
 )
 from harness.errors import EngineError, EngineMissingError, RequestError
+from tests.engines.struck import STRUCK_ELASTIC
 
 PLUGIN = """
 from typing import Literal
@@ -158,3 +159,9 @@ def test_a_class_is_an_engine_for_a_try(plugins, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setattr(sys, "path", [p for p in sys.path if p not in ("", str(tmp_path))])
     assert engine_class("own_engine:Mine").__module__ == "own_engine"
+
+
+@pytest.mark.parametrize("name", ["kratos", "liggghts", "yade"])
+def test_the_integrator_of_an_engine_is_the_scheme_of_its_rules(name):
+    kind = engine_class(name)
+    assert kind.rules(STRUCK_ELASTIC).scheme == kind.traits.integrator.replace("-", "_")
