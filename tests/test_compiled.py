@@ -14,7 +14,7 @@ import pytest
 from harness import compiled, solvers
 from harness.compiled import jit, waits_for_compilation
 from harness.files import VARIABLE
-from harness.workflows.verification import COMPILE_CHAINS
+from harness.workflows.session import COMPILE_CHAINS
 
 KERNEL = """
 from harness.compiled import jit

@@ -31,7 +31,7 @@ from pydantic import Field
 from harness.cases.bench import Bench
 from harness.engines.base import Engine, Job, Output
 from harness.engines.output import Table
-from harness.errors import HarnessError, RequestError, Unsupported
+from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import PLASTIC, NamedContact
 from harness.results.rows import LEVELS, Failure, Kind, Level, Tolerance
@@ -223,10 +223,17 @@ class Case(ABC, Generic[P]):
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the sections of a report, from benches that have run their checks, by engine.
 
-        The bench of this package's solvers has the name ``harness``; ``rows`` of a bench are those
-        of its checks, by case.
+        The bench of this package's solvers has the name ``harness``; ``rows`` and ``notes`` of a
+        bench are those of its checks and of :meth:`notes`, by case.
         """
         return ()
+
+    def notes(self, bench: Bench) -> Any:
+        """Return what sections need of a bench besides rows and outputs, as something to pickle.
+
+        It is called in the process that has run the checks.
+        """
+        return None
 
     def quantity(self, name: str) -> Quantity[Any]:
         """Return a quantity by name. Raise RequestError for another name."""
@@ -249,6 +256,31 @@ def case_error(case: Any, call: str, result: str, expected: str) -> CaseError:
     package = type(case).__module__.partition(".")[0]
     where = "" if package == "harness" else f"package {package!r}, "
     return CaseError(f"{where}case {case.name!r}: {call} {result}, must return {expected}")
+
+
+def returned(case: Case[Any], call: str, *arguments: Any) -> list[Any]:
+    """Return the list that a method of a case makes; raise CaseError for anything else."""
+    from harness.report.content import Section  # with pandas: slow to import
+
+    kind, must = {
+        "checks": (Check, "a list of harness.cases.base.Check"),
+        "own_checks": (Check, "a list of harness.cases.base.Check"),
+        "comparisons": (tuple, "a list of pairs (Engine, Check)"),
+        "sections": (Section, "a list of harness.report.content.Section"),
+    }[call]
+    method: Callable[..., Any] = case.checks_up_to if call == "checks" else getattr(case, call)
+    try:
+        items = list(method(*arguments))
+    except (Unsupported, EngineError, CaseError):
+        raise
+    except Exception as error:  # a case of another package may raise anything
+        text = " ".join(f"{type(error).__name__}: {error}".split())
+        raise case_error(case, call, f"raised {text}", must) from None
+    for item in items:
+        if not isinstance(item, kind):
+            name = type(item).__name__
+            raise case_error(case, call, f"returned a {name} among its items", must)
+    return items
 
 
 def _guarded(name: str, call: Callable[..., Any]) -> Callable[..., Any]:

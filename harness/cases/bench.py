@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from harness.results.rows import Row
 
 Result = TypeVar("Result")
+Outcomes = Mapping[Hashable, Output | EngineError]  # by the key of a job
 Progress = Callable[[str, int, int], None]  # stage, parts done, parts in all; from any thread
 OWN = "harness"  # the bench of this package's solvers, and the engine of their rows
 
@@ -41,6 +42,12 @@ class Memo:
     def __getitem__(self, key: Hashable) -> Any:
         """Return the value of a key that was claimed. Raise what its computation raised."""
         return self._futures[key].result()
+
+    def items(self) -> Iterator[tuple[Hashable, Any]]:
+        """Yield the keys with their values, of those that have one."""
+        for key, future in list(self._futures.items()):
+            if future.done() and future.exception() is None:
+                yield key, future.result()
 
     def claim(self, key: Hashable) -> Future[Any] | None:
         """Return a future for the caller to fill, None where another one computes the key."""
@@ -66,13 +73,14 @@ class Bench:
     """An engine under test, None for this package's solvers.
 
     ``others`` are the benches of all engines of a verification, by name; ``rows`` those of the
-    checks that were run, by case.
+    checks that were run, ``notes`` what cases keep of them for a report, both by case.
     """
 
     def __init__(self, engine: Engine | None, *, others: Mapping[str, Bench] | None = None) -> None:
         self._engine = engine
         self.others: Mapping[str, Bench] = {} if others is None else others
         self.rows: defaultdict[str, list[Row]] = defaultdict(list)
+        self.notes: dict[str, Any] = {}
         self._runs = Memo()  # of the engine, shared by benches with other references
         self._memo = Memo()
         self._substitutes: Mapping[Scene, Motion] = {}
@@ -129,6 +137,16 @@ class Bench:
         """Return the output of each job, or the error of its run, in order."""
         self.prepare(jobs)
         return [self._runs[job_key(job)] for job in jobs]
+
+    def all_outcomes(self) -> Outcomes:
+        """Return the outcome of each job that was run, by its key."""
+        return {k: v for k, v in self._runs.items() if isinstance(v, Output | EngineError)}
+
+    def take_over(self, outcomes: Outcomes) -> None:
+        """Take outcomes of jobs that were run elsewhere as those of the engine."""
+        for key, outcome in outcomes.items():
+            if future := self._runs.claim(key):
+                future.set_result(outcome)
 
     def has_run(self, jobs: Iterable[Job]) -> bool:
         """Return whether all jobs were run, so that a report runs none of its own."""

@@ -250,7 +250,7 @@ class Opener:
         with self.opened(name) as engine:
             yield engine
             if engine.name not in UNQUALIFIED:
-                from harness.workflows.verification import qualification
+                from harness.workflows.session import qualification
 
                 self.progress(f"qualification of {engine.name}", 0, 1)
                 self.failures[name] = qualification(engine)

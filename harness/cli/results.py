@@ -209,10 +209,12 @@ def releases(
     level
         The level of `verify`.
     """
+    from harness.engines.process import cores
+
     with workflows.progress_bars("releases", quiet=json) as progress:
         compared = workflows.releases(
             names, level=level, cases=cases, only=only, folder=kept.cache, fresh=kept.fresh,
-            output=output, progress=progress,
+            output=output, processes=cores(), progress=progress,
         )  # fmt: skip
     return _show(compared, json)
 

@@ -79,6 +79,7 @@ def verify(
     What was verified before, with the same engines, code and platform, is not verified again: its
     report is written once more. An interrupted verification goes on where it stopped.
     """
+    from harness.engines.process import cores
     from harness.results.rows import ENGINE_FAILURES
     from harness.store.cache import keep_verification, kept_verification
 
@@ -94,6 +95,7 @@ def verify(
                     **choice.request(),
                     output=folder,
                     open_engine=opening.opened,
+                    processes=1 if opening.executor else cores(),
                     check_duration=partial(engines.check_seconds, work=work, instead=instead),
                     progress=opening.progress,
                 ).to_json()

@@ -161,6 +161,8 @@ class Engine(ABC):
     name: ClassVar[str]
     traits: Traits
     has_lj_units: ClassVar[bool] = False
+    can_be_copied: ClassVar[bool] = False
+    """Whether copies of this process may use an engine that is open: :meth:`forget_processes`."""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -323,6 +325,9 @@ class Engine(ABC):
 
     def close(self) -> None:  # noqa: B027 - an engine without processes has nothing to close
         """End the engine's processes."""
+
+    def forget_processes(self) -> None:  # noqa: B027 - nor to forget
+        """Leave processes and connections to the process of which this one is a copy."""
 
     def __enter__(self) -> Self:
         return self

@@ -40,6 +40,7 @@ class Reference(Engine):
         "comes with the harness", (__version__,), microseconds_per_step=0.05, title="reference DEM"
     )
     has_lj_units = True
+    can_be_copied = True
 
     def __init__(
         self,

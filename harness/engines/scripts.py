@@ -87,6 +87,7 @@ class ProgramEngine(Engine):
     is named and there is none.
     """
 
+    can_be_copied = True
     programs: ClassVar[tuple[str, ...]] = ()
     deciding_variables: ClassVar[tuple[str, ...]] = ENVIRONMENT
 

@@ -353,9 +353,9 @@ def dashpot_coefficient(law: Law, faults: Faults) -> float:
     return damping_ratio(law.restitution) * (2.0 if law.normal == "hooke" else math.sqrt(5.0))
 
 
-_FIRST = Scene(bodies=(Body(radius=1.0, mass=1.0),), step=1.0, steps=1)  # for types of records
-RULES = _kind(_rules(_FIRST, Rules(), Faults()))
+SMALLEST = Scene(bodies=(Body(radius=1.0, mass=1.0),), step=1.0, steps=1)  # for types of records
+RULES = _kind(_rules(SMALLEST, Rules(), Faults()))
 LAW = _kind(_law(Law(), Faults(), wall=False))
-BODY = _kind(_body(_FIRST, _FIRST.bodies[0], Faults()))
+BODY = _kind(_body(SMALLEST, SMALLEST.bodies[0], Faults()))
 WALL = _kind(_wall(Wall()))
 CONTACT = _kind(_NO_CONTACT)

@@ -226,6 +226,7 @@ def releases(  # noqa: PLR0913 - the options of a user
     folder: Path | None = None,
     fresh: bool = False,
     output: Path | None = None,
+    processes: int = 1,
     progress: Progress = silent,
 ) -> Comparison:
     """Verify the same cases in several releases of an engine, compared to the first with values.
@@ -233,8 +234,8 @@ def releases(  # noqa: PLR0913 - the options of a user
     ``names`` are releases, installed below the cache (or ``folder``) where they are missing, or
     commands of executables. A release that cannot be installed or run is a row. The status is 3
     where one could not be run, 1 where a value moved or failed. ``output`` is a new folder for
-    report.md and rows.csv. Raise RequestError for a name that is neither or is given twice, and
-    for an engine without releases.
+    report.md and rows.csv, ``processes`` are those of each verification. Raise RequestError for a
+    name that is neither or is given twice, and for an engine without releases.
     """
     kind: Any = engine_class(engine)
     if not (hasattr(kind, "release") and hasattr(kind, "check_release")):
@@ -258,7 +259,13 @@ def releases(  # noqa: PLR0913 - the options of a user
             progress(f"{name}: {stage}", done, total)
 
         return verify(
-            level, cases=cases, engines=engine, only=only, open_engine=open_release, progress=note
+            level,
+            cases=cases,
+            engines=engine,
+            only=only,
+            open_engine=open_release,
+            processes=processes,
+            progress=note,
         )
 
     runs = {}

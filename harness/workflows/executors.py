@@ -1,30 +1,40 @@
-"""Jobs on other processes and machines: any ``concurrent.futures.Executor``, or a Dask cluster.
+"""Work elsewhere: jobs in an executor, cases in copies of this process.
 
-A worker opens an engine once and keeps it open. What is done is kept in the cache of the process
-that started the command; a worker that is lost costs the jobs it had.
+A worker of a ``concurrent.futures.Executor``, or of a Dask cluster, opens an engine once and keeps
+it open. What is done is kept in the cache of the process that started the command; a worker that is
+lost costs the jobs it had.
+
+A verification is mostly Python, which uses one core of a process. So a copy of the process, made
+before it has threads, verifies some of the cases.
 """
 
 from __future__ import annotations
 
 import asyncio
 import atexit
+import os
 import platform
 import shutil
+import signal
 import subprocess
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from concurrent.futures import ThreadPoolExecutor as Threads
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from importlib import import_module
-from typing import Any, TypeVar
+from multiprocessing import get_context
+from multiprocessing.connection import Connection, Pipe
+from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 from harness.engines.base import Engine, Job, Output
+from harness.engines.process import way_of_death
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, EngineError, HarnessError, RequestError
 from harness.store.cache import SOURCES, Outcomes, key_of, opened, source_digest, versions
+from harness.workflows import Progress
 
 PIECES = 128  # into which a batch is cut, for workers of any number and speed
 LARGEST_PIECE = 32  # jobs that are lost with a worker, at most
@@ -35,6 +45,9 @@ IDLE_SECONDS = 60  # until a job of SLURM without runs is ended: another one may
 MOST_CHARACTERS = 200  # of what a library reports
 LOST = "lost with its worker or the scheduler: the same command runs it again"
 LOSSES = ("KilledWorker", "FutureCancelledError")  # exceptions of Dask
+PLACE = 2  # bytes of a place in a queue
+CLEANING_SECONDS = 2.0  # that a copy has to close its engines
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
@@ -239,3 +252,111 @@ def _imported(module: str, name: str) -> Callable[..., Any]:
         install = "pip install 'dem-harness[dask]'"
         raise RequestError(f"--dask: {error.name} is not installed: {install}") from None
     return member
+
+
+# ---- copies of this process
+
+
+class Queue(Generic[Item]):
+    """Items that this process and its copies take, each item once, as they come to them."""
+
+    def __init__(self, items: Sequence[Item]) -> None:
+        self._items = items
+        self._places, source = os.pipe()
+        with os.fdopen(source, "wb") as file:
+            file.write(b"".join(place.to_bytes(PLACE, "big") for place in range(len(items))))
+
+    def __iter__(self) -> Iterator[Item]:
+        while place := os.read(self._places, PLACE):
+            yield self._items[int.from_bytes(place, "big")]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        os.close(self._places)
+
+
+class Copy:
+    """A copy of this process in which a generator runs: it yields answers, and is sent orders.
+
+    ``work`` makes the generator, of a function for its progress, which calls ``progress`` here.
+    """
+
+    def __init__(
+        self, work: Callable[[Progress], Generator[Any, Any, None]], progress: Progress
+    ) -> None:
+        self._progress = progress
+        self._link, theirs = Pipe()
+        with theirs:
+            self._process = get_context("fork").Process(
+                target=_serve, args=(work, theirs, self._link)
+            )
+            self._process.start()
+
+    def send(self, order: Any) -> None:
+        """Send the next order. Raise HarnessError where the copy died."""
+        try:
+            self._link.send(order)
+        except OSError:
+            raise self._death() from None
+
+    def receive(self) -> Any:
+        """Return the next answer; raise what the generator raised, HarnessError if it died."""
+        while True:
+            try:
+                answer = self._link.recv()
+            except (EOFError, OSError):
+                raise self._death() from None
+            if isinstance(answer, BaseException):
+                raise answer
+            if not isinstance(answer, _Progress):
+                return answer
+            self._progress(*answer)
+
+    def _death(self) -> HarnessError:
+        self._process.join(CLEANING_SECONDS)
+        return HarnessError(
+            f"a copy of this process died: {way_of_death(self._process.exitcode or 0)}"
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def close(self) -> None:
+        """Let the copy close what it has opened, and end."""
+        self._link.close()
+
+    def __exit__(self, error: object, *_: object) -> None:
+        if error is not None:
+            self._process.terminate()
+        else:
+            self.close()
+        self._process.join(CLEANING_SECONDS)
+        self._process.kill()
+        self._link.close()
+
+
+class _Progress(NamedTuple):
+    stage: str
+    done: int
+    total: int
+
+
+def _serve(
+    work: Callable[[Progress], Generator[Any, Any, None]], link: Connection, theirs: Connection
+) -> None:
+    theirs.close()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that made the copy ends it
+    generator = work(lambda *parts: link.send(_Progress(*parts)))
+    with suppress(KeyboardInterrupt), closing(generator):
+        try:
+            answer = next(generator)
+            while True:
+                link.send(answer)
+                answer = generator.send(link.recv())
+        except (StopIteration, EOFError):
+            pass  # nobody wants more
+        except Exception as error:
+            with suppress(OSError):
+                link.send(error)

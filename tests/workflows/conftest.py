@@ -15,8 +15,8 @@ def registered(monkeypatch):
 def register(patch):
     patch.setattr(registry, "GROUPS", doubles.GROUPS)
     patch.setattr(registry, "DEFAULT", ("bounce",))
-    for module in ("harness.cases.registry", "harness.workflows.verification"):
-        patch.setattr(f"{module}.QUALIFYING", ("bounce",))
+    for module in ("cases.registry", "workflows.session", "workflows.verification"):
+        patch.setattr(f"harness.{module}.QUALIFYING", ("bounce",))
     patch.setattr("harness.workflows.lists.DEFAULT_CASES", ("bounce",))
     patch.setattr(engines, "ENGINES", doubles.ENGINES)
     patch.setattr("harness.workflows.lists.ENGINES", doubles.ENGINES)

@@ -235,7 +235,11 @@ class Second(BounceCase):
     name, qualifies = "bounce2", False
 
 
-BOUNCE2 = Second()
+class Third(BounceCase):
+    name, qualifies = "bounce3", False
+
+
+BOUNCE2, BOUNCE3 = Second(), Third()
 
 
 class Sleeping(Slow):

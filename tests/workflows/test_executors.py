@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -18,11 +19,11 @@ import pytest
 
 import harness.errors
 from harness.engines.registry import open_engine
-from harness.errors import EngineCrashError, EngineError, RequestError
+from harness.errors import EngineCrashError, EngineError, HarnessError, RequestError
 from harness.files import cache_place
 from harness.store.cache import contents
 from harness.workflows import executors, run, sweep, verify
-from harness.workflows.executors import dask_executor
+from harness.workflows.executors import Copy, Queue, dask_executor
 from tests.workflows.doubles import PROJECT, start
 
 GOOD, SLOW = (f"tests.workflows.doubles:{name}" for name in ("Good", "Slow"))
@@ -253,3 +254,58 @@ def test_dask_that_is_not_installed_is_refused_with_the_remedy(monkeypatch):
     refused = pytest.raises(RequestError, match=r"pip install 'dem-harness\[dask\]'")
     with refused, dask_executor("tcp://127.0.0.1:1"):
         pass
+
+
+# ---- copies of this process
+
+
+def squares(queue, progress):
+    """Yield the squares of the items of a queue, from the order on."""
+    first = yield "ready"
+    for item in queue:
+        progress("squares", item, 0)
+        yield first + item * item
+
+
+def test_each_item_of_a_queue_is_taken_once_by_this_process_or_a_copy():
+    with Queue(range(300)) as queue, Copy(lambda _: (yield [*queue]), print) as copy:
+        taken = [*queue, *copy.receive()]
+    assert sorted(taken) == list(range(300))
+
+
+def test_a_copy_answers_orders_and_shows_its_progress():
+    shown = []
+    with Queue([2, 3]) as queue:
+        work, note = partial(squares, queue), lambda *parts: shown.append(parts)
+        with Copy(work, note) as copy:
+            answers = [copy.receive()]
+            for order in (1, None):
+                copy.send(order)
+                answers.append(copy.receive())
+    assert answers == ["ready", 5, 10]
+    assert shown == [("squares", 2, 0), ("squares", 3, 0)]
+
+
+def planted(kind):
+    yield "ready"
+    if kind == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+    raise {"harness": RequestError("planted"), "other": ZeroDivisionError("planted")}[kind]
+
+
+@pytest.mark.parametrize(
+    ("kind", "error", "text"),
+    [
+        ("harness", RequestError, "planted"),
+        ("other", ZeroDivisionError, "planted"),
+        ("kill", HarnessError, "died: signal SIGKILL"),
+    ],
+)
+def test_what_a_copy_raises_is_raised_here_and_its_death_is_an_error(kind, error, text):
+    with Copy(lambda _: planted(kind), print) as copy:
+        assert copy.receive() == "ready"
+        copy.send(None)
+        with pytest.raises(error, match=text):
+            copy.receive()
+        with pytest.raises(HarnessError, match="died"):
+            copy.receive()

@@ -1,7 +1,9 @@
 """Verify: engines alike, whatever fails is a row, and the exit status says which."""
 
 from dataclasses import replace
+from functools import partial
 
+import pandas as pd
 import pytest
 
 from harness.cases.base import Check
@@ -205,6 +207,38 @@ def test_engines_that_are_only_compared_qualify_as_well(monkeypatch):
     assert "fail" not in verdicts(run, case="bounce2")
 
 
+@pytest.fixture
+def shared(monkeypatch):
+    """Return a verification by two processes, of two cases in the copy at most."""
+    monkeypatch.setattr("harness.workflows.verification.CASES_OF_A_COPY", 1)
+    names = ("bounce2", "bounce3")
+    places = {name: f"{doubles.HERE}:{name.upper()}" for name in names}
+    monkeypatch.setattr("harness.cases.registry.GROUPS", {**doubles.GROUPS, "more": places})
+    return partial(verified, cases="bounce,wrong,bounce2,bounce3", processes=2)
+
+
+@pytest.mark.parametrize("engines", ["good,lammps", "off,good", "dying,missing,refusing"])
+def test_processes_that_share_the_cases_have_the_rows_of_one(shared, engines, tmp_path):
+    together = shared(engines, "default", output=tmp_path / "run")
+    alone = shared(engines, "default", processes=1)
+    pd.testing.assert_frame_equal(together.rows, alone.rows)
+    assert together.scripts == alone.scripts
+    assert together.headline == alone.headline
+    assert together.meta.unqualified == alone.meta.unqualified
+
+
+def test_an_engine_that_cannot_be_copied_is_used_by_one_process_alone(shared, monkeypatch):
+    monkeypatch.setattr(doubles.Good, "can_be_copied", False)
+    monkeypatch.setattr("harness.workflows.verification.Copy", pytest.fail)
+    assert verdicts(shared(), case="bounce3", engine="good") == ["pass"]
+
+
+def test_a_pattern_may_choose_rows_that_one_of_the_processes_has(shared):
+    assert set(shared(only="bounce2/*").rows["case"]) == {"bounce2"}
+    with pytest.raises(RequestError, match="matches no case"):
+        shared(only="bounce2/other")
+
+
 @pytest.mark.parametrize(
     ("only", "setups"),
     [("bounce/400 steps", {"400 steps"}), ("*restitution", {"200 steps", "400 steps"})],
@@ -276,7 +310,7 @@ def test_checks_and_comparisons_that_raise_are_a_row_each(monkeypatch):
             raise RuntimeError("planted")
         return run_checks(case, *arguments, **options)
 
-    monkeypatch.setattr("harness.workflows.verification.run_checks", raising)
+    monkeypatch.setattr("harness.workflows.session.run_checks", raising)
     rows = verified("good,lammps", cases="bounce2").rows
     assert set(rows["failure"]) == {"harness error"}
     assert sorted(rows["engine"]) == ["good", "harness", "lammps", "lammps"]

@@ -147,6 +147,12 @@ class ContactCase(Case[P]):
                         other = replace(trial, level=shortest, variation=name, varied_scene=scene)
                         yield from other.checks(engine)
 
+    def notes(self, bench: Bench) -> Any:
+        """Return how much conventions of the engine move runs."""
+        from harness.cases.contacts import report
+
+        return report.moved_by_conventions(self, bench)
+
     def sections(self, benches: Mapping[str, Bench]) -> Sequence[Section]:
         """Return the matrix of laws and systems for each engine, after the overview of all."""
         from harness.cases.contacts import report
@@ -218,14 +224,15 @@ class Trial:
             **common,
         )
 
-    def moved(self, rules: Rules, other: Rules) -> tuple[float, str]:
-        """Return the largest change of a quantity from one set of conventions to another.
+    def moved(self, bench: Bench, other: Rules) -> tuple[float, str]:
+        """Return the largest change of a quantity from a bench's conventions to others.
 
         In parts of its scale, and the name of the quantity; by the reference.
         """
         case, p = self.case, self.parameters
         try:
-            first, second = self._values_by(rules), self._values_by(other)
+            first = _expected_values(self, bench)
+            second = observe(p, reference.run(self.scene, other))
         except EngineNaNError:  # a run that the other rows report
             return 0.0, ""
         changes = {
@@ -235,10 +242,6 @@ class Trial:
         }
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
-
-    @lru_cache(maxsize=8192)  # noqa: B019 - of frozen objects, as those of scenes
-    def _values_by(self, rules: Rules) -> Mapping[str, float]:
-        return observe(self.parameters, reference.run(self.scene, rules))
 
     def _motion_difference(self, bench: Bench) -> Value:
         motion, unwritten = bench.motion(self.job), bench.unwritten([self.job])

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
 from typing import TYPE_CHECKING, Any, cast
 
 import pandas as pd
@@ -136,15 +137,10 @@ def _cell(sizes: list[float]) -> str:
 def conventions(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame:
     """Return each convention of a code that moves a run, and the quantity that it moves most."""
     largest: dict[tuple[str, str, str], tuple[float, str]] = {}
-    for code, bench in codes.items():
-        for trial, _ in differences(cases, bench):
-            rules = bench.rules(trial.scene)
-            for name, value in rules.changed.items():
-                field = Rules.model_fields[name]
-                size, quantity = trial.moved(rules, rules.replace(**{name: field.default}))
-                key = (name, code, str(value))
-                if size > largest.get(key, (ROUND_OFF, ""))[0]:
-                    largest[key] = size, f"{quantity} of {trial.case.name}, {trial.setup}"
+    for case, (code, bench) in product(cases, codes.items()):
+        for (name, value), (size, most) in bench.notes.get(case.name, {}).items():
+            key = (name, code, value)
+            largest[key] = max(largest.get(key, (0.0, "")), (size, most))
     rows = [
         {
             "convention": name,
@@ -158,3 +154,21 @@ def conventions(cases: Iterable[ContactCase[Any]], codes: Codes) -> pd.DataFrame
     ]
     columns = ["convention", "code", "value", "formula", "moves", "most"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def moved_by_conventions(
+    case: ContactCase[Any], bench: Bench
+) -> dict[tuple[str, str], tuple[float, str]]:
+    """Return how much each convention of a code moves the runs of a case, and what most.
+
+    By the name and value of a convention that moves a quantity by more than round-off.
+    """
+    largest: dict[tuple[str, str], tuple[float, str]] = {}
+    for trial, _ in differences([case], bench):
+        rules = bench.rules(trial.scene)
+        for name, value in rules.changed.items():
+            field = Rules.model_fields[name]
+            size, quantity = trial.moved(bench, rules.replace(**{name: field.default}))
+            if size > largest.get((name, str(value)), (ROUND_OFF, ""))[0]:
+                largest[name, str(value)] = size, f"{quantity} of {case.name}, {trial.setup}"
+    return largest

@@ -39,13 +39,20 @@ from harness.cases.tower.impulse import (
     window_end,
 )
 from harness.cases.tower.parameters import LAWS, SEARCH, Law, Tower, TowerParameters
-from harness.cases.tower.runs import Setup, TowerRun, make_setup, read, run_in, solve
+from harness.cases.tower.runs import (
+    Setup,
+    TowerRun,
+    first_divergence,
+    make_setup,
+    read,
+    run_in,
+    solve,
+)
 from harness.engines.base import Engine, Job, Output
 from harness.errors import EngineOutputError, RequestError
 from harness.model.scene import Floats
 from harness.report.content import Discs, Drawing, Opening, Section
 from harness.results.rows import Kind, Tolerance
-from harness.results.series import first_divergence
 from harness.theory.chain import DETACHMENT_TAU, Reading, grain_velocity
 
 LEVELS: dict[int, Level] = {1: "quick", 2: "quick", 3: "default", 10: "default"}

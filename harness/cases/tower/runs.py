@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from harness.model.base import COUNT, Allowed, allowed_in
 from harness.model.law import Law
 from harness.model.scene import Body, Floats, Scene
 from harness.report.content import Discs, Plottable
+from harness.results.rows import Failure
 from harness.solvers.chain import (
     STABILITY,
     Chain,
@@ -44,6 +45,7 @@ MOST_ROWS = 1_000_000  # particles times samples that an engine writes, unless s
 MOST_KEPT = 10_000_000  # likewise, that a solver keeps
 MOST_STEPS = 2_000_000_000  # LAMMPS counts to 2^31
 ROUNDING = 4 * float(np.finfo(float).eps)  # overlaps as small, over the position, count as open
+SAME_TIME = 1e-9  # [-] of the record: differences of times that round-off makes
 LARGEST_DRAWN = 0.32  # [diameters] the largest compression in a film
 IN_SCRIPTS = ("height", "speed", "gravity", "base", "start", "gap", "law")
 UNITS = {
@@ -411,3 +413,34 @@ def compile_chains() -> None:
     chain = make_chain(np.ones(3), np.full(3, 1e6), deformable=True, speed=1.0, overlap=np.zeros(2))
     chain_exact.run(chain, 0.01, samples=10)
     chain_stepped.run(chain, 0.01, 1e-4, scheme="rk4", samples=10)
+
+
+def first_divergence(
+    time: Floats,
+    columns: Mapping[str, Floats],
+    reference_time: Floats,
+    reference: Mapping[str, Floats],
+    band: float,
+) -> tuple[Failure, str]:
+    """Return class and place of the first difference from a reference by more than ``band``.
+
+    Without any it is ``Failure.NONE``. Times [s] and columns have shape (samples,); both series
+    have the same times, nothing is interpolated. NaN is outside the band. Raise ValueError for
+    other times.
+    """
+    record = float(np.ptp(reference_time)) if reference_time.size else 0.0
+    same = time.shape == reference_time.shape
+    if not (same and np.all(np.abs(time - reference_time) <= SAME_TIME * record)):
+        raise ValueError(f"{time.size} samples at other times than {reference_time.size} expected")
+    starts = {}  # sample of each column that leaves the band
+    for name, expected in reference.items():
+        outside = ~(np.abs(columns[name] - expected) <= band)
+        if outside.any():
+            starts[name] = int(outside.argmax())
+    if not starts:
+        return Failure.NONE, ""
+    name = min(starts, key=lambda column: starts[column])
+    failure = Failure.FROM_FIRST_STEP if starts[name] <= 1 else Failure.LATE
+    largest = float(np.max(np.abs(columns[name] - reference[name])))
+    place = f"{name} at {time[starts[name]]:.6g} s, by up to {largest:.3g}"
+    return failure, f"{failure}: {place}"

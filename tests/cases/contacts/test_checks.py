@@ -273,7 +273,9 @@ def test_codes_by_laws_count_rows_within_and_beyond_the_tolerance(benches):
 
 
 def test_a_convention_stands_with_its_formula_and_what_it_moves(benches):
-    table = report.conventions([case_named("slip-to-roll")], {"right": benches["right"]})
+    case, bench = case_named("slip-to-roll"), benches["right"]
+    bench.notes[case.name] = case.notes(bench)
+    table = report.conventions([case], {"right": bench})
     assert list(table["convention"]) == ["wall_lever"]
     assert float(table["moves"][0]) > 1e-4
     assert table["formula"][0]

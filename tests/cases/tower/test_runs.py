@@ -9,10 +9,19 @@ from harness.cases.bench import Bench
 from harness.cases.tower import impulse as windows
 from harness.cases.tower.case import CASE
 from harness.cases.tower.parameters import Tower, TowerParameters
-from harness.cases.tower.runs import chain_of, make_setup, read, run_in, solve, tower
+from harness.cases.tower.runs import (
+    chain_of,
+    first_divergence,
+    make_setup,
+    read,
+    run_in,
+    solve,
+    tower,
+)
 from harness.engines.output import SERIES
 from harness.engines.reference import Reference
 from harness.errors import EngineOutputError
+from harness.results.rows import Failure
 from tests.cases.common import assert_refused, made
 from tests.cases.tower.standin import Standin
 
@@ -172,3 +181,28 @@ def test_summary_has_the_keys_of_version_1():
         "final_velocity_m_per_s",
     ]  # fmt: skip
     assert record["contacts"][0] == [0.0, 1]
+
+
+# ---- divergence
+
+TIME = np.linspace(0.0, 10.0, 1001)
+
+
+def divergence(difference, time=TIME):
+    zero = np.zeros_like(TIME)
+    return first_divergence(time, {"x": difference, "v": zero}, TIME, {"x": zero, "v": zero}, 0.5)
+
+
+@pytest.mark.parametrize("value", [0.6, -1.0, np.nan])
+@pytest.mark.parametrize("first", [0, 1, 2, 500])
+def test_the_first_sample_outside_the_band_and_the_class(first, value):
+    failure, note = divergence(np.where(np.arange(TIME.size) >= first, value, 0.5))
+    assert failure is (Failure.FROM_FIRST_STEP if first <= 1 else Failure.LATE)
+    assert note == f"{failure}: x at {TIME[first]:.6g} s, by up to {abs(value):.3g}"
+
+
+def test_a_series_within_the_band_does_not_diverge_and_other_times_are_refused():
+    assert divergence(np.full_like(TIME, 0.5)) == (Failure.NONE, "")
+    for time in (TIME[:-1], TIME + 1e-3):
+        with pytest.raises(ValueError, match="samples at other times than 1001 expected"):
+            divergence(TIME, time)

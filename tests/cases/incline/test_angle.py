@@ -1,15 +1,12 @@
-"""Limits and orders of series that are known; their first divergence, if there is one."""
+"""Limits and orders of series that are known."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from harness.cases.incline.angle import limit
 from harness.errors import RequestError
-from harness.results.rows import Failure
-from harness.results.series import first_divergence, limit
-
-# ---- limits
 
 STEPS = 1.0 / np.array([50.0, 100.0, 200.0, 400.0])
 
@@ -44,28 +41,3 @@ def test_errors_of_the_points_and_a_wrong_model_are_within_the_uncertainty():
 def test_too_few_points_are_refused():
     with pytest.raises(RequestError, match=r"at least 4 points, not 3"):
         limit([1, 2, 3], [1, 2, 3], [1, 1, 1], (1.0, 1.5))
-
-
-# ---- divergence
-
-TIME = np.linspace(0.0, 10.0, 1001)
-
-
-def divergence(difference, time=TIME):
-    zero = np.zeros_like(TIME)
-    return first_divergence(time, {"x": difference, "v": zero}, TIME, {"x": zero, "v": zero}, 0.5)
-
-
-@pytest.mark.parametrize("value", [0.6, -1.0, np.nan])
-@pytest.mark.parametrize("first", [0, 1, 2, 500])
-def test_the_first_sample_outside_the_band_and_the_class(first, value):
-    failure, note = divergence(np.where(np.arange(TIME.size) >= first, value, 0.5))
-    assert failure is (Failure.FROM_FIRST_STEP if first <= 1 else Failure.LATE)
-    assert note == f"{failure}: x at {TIME[first]:.6g} s, by up to {abs(value):.3g}"
-
-
-def test_a_series_within_the_band_does_not_diverge_and_other_times_are_refused():
-    assert divergence(np.full_like(TIME, 0.5)) == (Failure.NONE, "")
-    for time in (TIME[:-1], TIME + 1e-3):
-        with pytest.raises(ValueError, match="samples at other times than 1001 expected"):
-            divergence(TIME, time)
