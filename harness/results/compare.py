@@ -14,6 +14,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,6 @@ def compare(
         on=keys,
         how="outer",
         suffixes=("_before", "_after"),
-        indicator="_side",
     )
     both["moved_by"] = both["value_after"] - both["value_before"]
     both["in_tolerances"] = _ratio(both["moved_by"], _tolerance(both))
@@ -139,28 +139,30 @@ def by_defect(rows: pd.DataFrame) -> pd.DataFrame:
 
 def counts(rows: pd.DataFrame) -> pd.DataFrame:
     """Return how many rows of each kind have each verdict: kinds by verdicts."""
-    numbers = pd.crosstab(rows["kind"], rows["verdict"])
+    numbers = rows.groupby(["kind", "verdict"]).size().unstack(fill_value=0)
     kinds = [str(kind) for kind in Kind if kind in numbers.index]
     return numbers.loc[kinds, [str(verdict) for verdict in Verdict if verdict in numbers.columns]]
 
 
 def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.object_]:
-    gone, appeared = both["_side"] == "left_only", both["_side"] == "right_only"
-    tested = (both["verdict_after"] != Verdict.NOT_TESTED).where(~gone)
-    setups = [both[name] for name in KEY if name != "quantity"]
-    refused = ~tested.groupby(setups).transform("max").fillna(True).astype(bool)
+    # arrays: each operation of pandas takes as long as all of these
+    verdicts = [both[f"verdict_{side}"].to_numpy(object) for side in ("before", "after")]
+    appeared, gone = map(pd.isna, verdicts)
+    was_untested, is_untested = (one == Verdict.NOT_TESTED for one in verdicts)
+    setups = [*zip(*(both[name] for name in KEY if name != "quantity"), strict=True)]
+    had = [{*compress(setups, mask)} for mask in (~gone, ~gone & ~is_untested)]
+    refused = np.array([setup in had[0] and setup not in had[1] for setup in setups], bool)
     missed = gone & ~refused & after(_side(both, "before"))
     awaited = appeared & before(_side(both, "after"))
-    valued = both["verdict_before"] != Verdict.NOT_TESTED
-    failed = both["verdict_after"] == Verdict.FAIL
-    ranks = [both[f"verdict_{side}"].map(RANKS).fillna(BEST_RANK) for side in ("before", "after")]
+    ranks = [np.array([RANKS.get(v, BEST_RANK) for v in one], int) for one in verdicts]
     other_input = differ(*(_texts(both[f"inputs_{side}"]) for side in ("before", "after")))
     old, new = both["value_before"].to_numpy(float), both["value_after"].to_numpy(float)
     with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite
         distance = np.abs(new - old)
     conditions = [
-        ((missed & valued) | (awaited & failed), Change.WORSE),
-        (awaited & (both["verdict_after"] != Verdict.NOT_TESTED), Change.NEW),
+        (missed & ~was_untested, Change.WORSE),
+        (awaited & (verdicts[1] == Verdict.FAIL), Change.WORSE),
+        (awaited & ~is_untested, Change.NEW),
         (gone | appeared, Change.NOT_COMPARABLE),
         (ranks[1] < ranks[0], Change.WORSE),
         (other_input, Change.OTHER_INPUT),

@@ -209,19 +209,23 @@ def joined(*notes: str) -> str:
 
 def table(rows: Iterable[Row]) -> pd.DataFrame:
     """Return rows as a table with ``COLUMNS``; raise ValueError where two have the same key."""
+    import numpy as np
     import pandas as pd
 
-    records = [[_plain(getattr(row, name)) for name in COLUMNS] for row in rows]
-    frame = pd.DataFrame(records, columns=list(COLUMNS)).astype(dict.fromkeys(NUMBERS, "float64"))
+    every = list(rows)
+    cells = {name: [_plain(getattr(row, name)) for row in every] for name in COLUMNS}
+    numbers = {name: np.array(cells[name], float) for name in NUMBERS}
+    known = cells if every else {}  # an empty list would be a column of numbers
+    frame = pd.DataFrame(known | numbers, columns=list(COLUMNS))
     check_keys(frame)
     return frame
 
 
 def check_keys(frame: pd.DataFrame) -> None:
     """Raise ValueError where two rows of a table have the same key."""
-    twice = frame[frame.duplicated(list(KEY))]
-    if not twice.empty:
-        raise ValueError(f"two rows of one key: {tuple(twice.iloc[0][list(KEY)])}")
+    is_twice = frame.duplicated(list(KEY))
+    if is_twice.any():
+        raise ValueError(f"two rows of one key: {tuple(frame.loc[is_twice, list(KEY)].iloc[0])}")
 
 
 def rows_of(frame: pd.DataFrame) -> list[Row]:

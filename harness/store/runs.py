@@ -23,7 +23,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
@@ -48,6 +48,7 @@ from harness.results.rows import (
     check_keys,
     matches,
     rows_of,
+    table,
 )
 
 FORMAT = 3  # of run.json and rows.csv; raised when a key or column changes its meaning
@@ -155,7 +156,7 @@ class Run:
         """Return the rows with a verdict."""
         return self.rows[~self.rows["verdict"].isin(UNJUDGED)]
 
-    @property
+    @cached_property
     def untested(self) -> list[str]:
         """Return the cases that were named and have no judged row of an engine.
 
@@ -180,11 +181,9 @@ class Run:
     @cached_property
     def regressions(self) -> pd.DataFrame:
         """Return the changes against the accepted runs that fail this run."""
-        if self.changes is None:
-            return compare(self.rows.iloc[:0], self.rows.iloc[:0])
-        return regressions(self.changes)
+        return regressions(_no_changes() if self.changes is None else self.changes)
 
-    @property
+    @cached_property
     def headline(self) -> str:
         """Return the outcome in a few words, with known defects and what was not tested."""
         number = Counter(self.rows["verdict"])
@@ -260,6 +259,11 @@ class Run:
     def _repr_html_(self) -> str:
         rows = self.rows[self.rows["verdict"] != Verdict.PASS][list(NOTEBOOK_COLUMNS)]
         return f"<p>{html.escape(self.headline)}</p>{rows.to_html(index=False, na_rep='')}"
+
+
+@cache
+def _no_changes() -> pd.DataFrame:
+    return compare(table(()), table(()))
 
 
 def write_run(run: Run, folder: Path, files: Mapping[str, str | bytes] | None = None) -> None:
