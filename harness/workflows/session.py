@@ -203,12 +203,14 @@ class Session:
         if unqualified:
             self._plan_comparisons()
 
-    def run(self) -> None:
-        """Run the cases of engines and of this package, then comparisons."""
+    def run(self, wait: Callable[[], Any] = lambda: None) -> None:
+        """Run the cases of engines and of this package, then comparisons.
+
+        Checks ``wait`` for solvers, while engines run.
+        """
         done = {(engine.name, case) for engine in self.engines for case in QUALIFYING}
-        with _compiled_chains(if_new=any(name == OWN for name, _ in self.checks)) as wait:
-            rest = (k for k in self.checks if k not in done and k[0] in self.benches)
-            self._run("", {key: self.checks[key] for key in rest}, wait)
+        rest = (k for k in self.checks if k not in done and k[0] in self.benches)
+        self._run("", {key: self.checks[key] for key in rest}, wait)
         self._run("comparisons", self.comparisons)
         for bench, case in product(self.benches.values(), self.taken if self.has_report else ()):
             with suppress(HarnessError):  # of a case of another package
@@ -423,7 +425,7 @@ def kernels_are_new() -> bool:
 
 
 @contextmanager
-def _compiled_chains(*, if_new: bool) -> Iterator[Callable[[], Any]]:
+def compiled_chains(*, if_new: bool) -> Iterator[Callable[[], Any]]:
     """Compile the kernels of chains where they are new, in another process; yield a wait for it.
 
     Numba compiles one kernel at a time in a process.

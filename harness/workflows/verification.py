@@ -24,6 +24,7 @@ from pathlib import Path
 from threading import Thread
 
 from harness import __version__
+from harness.cases.bench import OWN
 from harness.cases.registry import ALL, QUALIFYING, case_names, selected_cases, words_in
 from harness.engines.registry import DEFAULT, engine_names
 from harness.errors import RequestError
@@ -41,6 +42,7 @@ from harness.workflows.session import (
     Outline,
     Part,
     Session,
+    compiled_chains,
     kernels_are_new,
     opened_engines,
 )
@@ -168,11 +170,12 @@ def _planned(
 
 def _run(session: Session, copies: Sequence[Copy], tested: Set[str]) -> None:
     """Qualify engines in this process, and run the checks of all processes."""
-    session.qualify(tested)
-    for copy in copies:
-        copy.send(session.unqualified)
-    parts = [session.ahead.submit(copy.receive) for copy in copies]
-    session.run()
+    with compiled_chains(if_new=OWN in tested) as wait:
+        session.qualify(tested)
+        for copy in copies:
+            copy.send(session.unqualified)
+        parts = [session.ahead.submit(copy.receive) for copy in copies]
+        session.run(wait)
     for copy, part in zip(copies, parts, strict=True):
         session.take_over(part.result())
         copy.close()
