@@ -28,6 +28,7 @@ from harness.errors import EngineError, EngineMissingError, HarnessError, Reques
 from harness.report.content import Section
 from harness.results.defects import KnownDefect
 from harness.results.rows import Failure, Level, Row, Verdict, failed, finding, not_tested
+from harness.store.cache import CachedEngine
 from harness.store.runs import ABOUT_ENGINES
 from harness.workflows import Progress
 from harness.workflows.runs import OpenEngine
@@ -48,11 +49,13 @@ class Outline(NamedTuple):
 class Part(NamedTuple):
     """What a copy has found in its cases.
 
-    Rows, the outcomes of jobs and the notes of cases by engine, scripts and logs by name.
+    Rows; by engine the outcomes of jobs, the notes of cases, and the numbers of runs that were made
+    and that were read; scripts and logs by name.
     """
 
     rows: dict[Key, list[Row]]
     benches: dict[str, tuple[Outcomes, dict[str, Any]]]
+    runs: dict[str, tuple[int, int]]
     scripts: dict[str, str]
     logs: dict[str, str]
 
@@ -213,8 +216,11 @@ class Session:
         self._run("", {key: self.checks[key] for key in rest}, wait)
         self._run("comparisons", self.comparisons)
         for bench, case in product(self.benches.values(), self.taken if self.has_report else ()):
-            with suppress(HarnessError):  # of a case of another package
+            try:
                 bench.notes[case.name] = case.notes(bench)
+            except Exception as error:  # a case of another package may raise anything
+                row = error_row(self._blank(bench.name, case.name), error)
+                self.rows.setdefault((bench.name, case.name), []).append(row)
 
     def part(self) -> Part:
         """Return what this process has found in its cases, for the one that it is a copy of."""
@@ -223,7 +229,9 @@ class Session:
         benches = {
             name: (bench.all_outcomes(), bench.notes) for name, bench in self.benches.items()
         }
-        return Part(rows, benches, self.scripts(), self.logs())
+        kept = [engine for engine in self.engines if isinstance(engine, CachedEngine)]
+        runs = {engine.name: (engine.ran, engine.read) for engine in kept}
+        return Part(rows, benches, runs, self.scripts(), self.logs())
 
     def take_over(self, part: Part) -> None:
         """Take the findings of a copy as those of this process."""
@@ -232,6 +240,9 @@ class Session:
         for name, (outcomes, notes) in part.benches.items():
             self.benches[name].take_over(outcomes)
             self.benches[name].notes |= notes
+        for name, (ran, read) in part.runs.items():
+            engine: Any = self.benches[name].engine
+            engine.ran, engine.read = engine.ran + ran, engine.read + read
         for (name, case), rows in part.rows.items():
             if name in self.benches:
                 self.benches[name].rows[case] += rows

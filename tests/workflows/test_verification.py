@@ -1,5 +1,7 @@
 """Verify: engines alike, whatever fails is a row, and the exit status says which."""
 
+import os
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 
@@ -10,8 +12,11 @@ from harness.cases.base import Check
 from harness.cases.checks import run_checks
 from harness.engines.registry import open_engine
 from harness.errors import EngineCrashError, RequestError, Unsupported
+from harness.report.content import Section
 from harness.results.rows import Tolerance
+from harness.store.cache import CachedEngine
 from harness.workflows import verification, verify
+from harness.workflows.executors import Queue
 from tests.workflows import doubles
 from tests.workflows.conftest import register
 
@@ -19,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("registered")
 
 
 def verified(engines="good", level="quick", **more):
-    return verify(level, engines=engines, open_engine=open_engine, **more)
+    return verify(level, engines=engines, **{"open_engine": open_engine, **more})
 
 
 def records(run, **where):
@@ -207,10 +212,20 @@ def test_engines_that_are_only_compared_qualify_as_well(monkeypatch):
     assert "fail" not in verdicts(run, case="bounce2")
 
 
+class ForCopies(Queue):
+    """A queue from which this process takes nothing."""
+
+    here = os.getpid()
+
+    def __iter__(self):
+        return iter(()) if os.getpid() == self.here else super().__iter__()
+
+
 @pytest.fixture
 def shared(monkeypatch):
-    """Return a verification by two processes, of two cases in the copy at most."""
+    """Return a verification by two processes, the copy has all cases but the first."""
     monkeypatch.setattr("harness.workflows.verification.CASES_OF_A_COPY", 1)
+    monkeypatch.setattr("harness.workflows.verification.Queue", ForCopies)
     names = ("bounce2", "bounce3")
     places = {name: f"{doubles.HERE}:{name.upper()}" for name in names}
     monkeypatch.setattr("harness.cases.registry.GROUPS", {**doubles.GROUPS, "more": places})
@@ -218,8 +233,11 @@ def shared(monkeypatch):
 
 
 @pytest.mark.parametrize("engines", ["good,lammps", "off,good", "dying,missing,refusing"])
-def test_processes_that_share_the_cases_have_the_rows_of_one(shared, engines, tmp_path):
+def test_processes_that_share_the_cases_have_the_rows_of_one(
+    shared, engines, monkeypatch, tmp_path
+):
     together = shared(engines, "default", output=tmp_path / "run")
+    monkeypatch.setattr("harness.workflows.verification.Queue", Queue)
     alone = shared(engines, "default", processes=1)
     pd.testing.assert_frame_equal(together.rows, alone.rows)
     assert together.scripts == alone.scripts
@@ -227,9 +245,35 @@ def test_processes_that_share_the_cases_have_the_rows_of_one(shared, engines, tm
     assert together.meta.unqualified == alone.meta.unqualified
 
 
+def test_runs_and_notes_of_a_copy_are_those_of_the_verification(shared, monkeypatch, tmp_path):
+    engines, notes = [], lambda case, bench: f"{case.name} on {bench.name}"
+
+    @contextmanager
+    def opened(name):
+        with open_engine(name) as engine:
+            engines.append(CachedEngine(engine, None))
+            yield engines[-1]
+
+    def sections(case, benches):
+        return [Section(case.name, benches["good"].notes[case.name])]
+
+    monkeypatch.setattr(doubles.BounceCase, "notes", notes)
+    monkeypatch.setattr(doubles.BounceCase, "sections", sections)
+    run = shared(open_engine=opened, output=tmp_path / "run")
+    assert engines[0].ran == 2  # the same scene in both processes
+    page = (tmp_path / "run" / "report.md").read_text()
+    assert all(f"{name} on good" in page for name in ("bounce", "bounce2", "bounce3"))
+    monkeypatch.setattr(doubles.BounceCase, "notes", lambda *_: 1 / 0)
+    run = shared(output=tmp_path / "other")
+    assert {row["case"] for row in records(run, failure="harness error", engine="good")} >= {
+        "bounce", "bounce2", "bounce3",
+    }  # fmt: skip
+
+
 def test_an_engine_that_cannot_be_copied_is_used_by_one_process_alone(shared, monkeypatch):
     monkeypatch.setattr(doubles.Good, "can_be_copied", False)
     monkeypatch.setattr("harness.workflows.verification.Copy", pytest.fail)
+    monkeypatch.setattr("harness.workflows.verification.Queue", Queue)
     assert verdicts(shared(), case="bounce3", engine="good") == ["pass"]
 
 
