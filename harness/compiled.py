@@ -62,7 +62,8 @@ def waits_for_compilation(folder: Path) -> bool:
     with _CHOOSING:
         place, kept = _places(folder)
     with suppress(OSError):  # a place into which nothing can be put
-        return _is_private(place, kept) and next(kept.rglob("*.nbi"), None) is None
+        empty = _is_private(place, kept) and next(kept.rglob("*.nbi"), None) is None
+        return empty and kept.is_dir()
     return False
 
 
