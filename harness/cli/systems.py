@@ -97,7 +97,8 @@ class AngleOptions(GrainOptions):
     tolerance: Annotated[Number, Parameter(validator=TOLERANCES)] = None
     """Resolution of the search, 1e-9 to 1 deg. [default: 0.001 passage, 0.005 steady]"""
     wells: options.MaybeWhole = None
-    """Wells to pass in steady motion. [default: 10, below 20 steps per contact 100]"""
+    """Wells to pass in steady motion. [default: 10, more with friction or another size of the
+    grain; below 20 steps per contact 100 at least]"""
     engine: Annotated[str, Parameter(metavar="NAME", group=ENGINE)] = "lammps"
     """The engine: a name that `dem-harness engines` lists, or `module:Class` of your own."""
     contact: Literal["source", "clipped", "plastic"] | None = None
