@@ -172,11 +172,9 @@ class Session:
                 f"--only {self.only!r}: matches no case/setup/quantity of this level"
             )
 
-    @staticmethod
-    def _prepare_qualification(bench: Bench) -> None:
+    def _prepare_qualification(self, bench: Bench) -> None:
         checks = (qualifying(get_case(name), bench.engine) for name in QUALIFYING)
-        jobs = (job for check in chain(*checks) for job in check.jobs)
-        bench.prepare([job for job in jobs if not bench.refusal(job)])
+        self._prepare(bench, chain(*checks))
 
     def seconds(self) -> float:
         """Return the expected time of all jobs on one core [s]."""
@@ -198,11 +196,25 @@ class Session:
             more = f" and {len(names) - 1} more" if names[1:] else ""
             self._skip(name, f"not qualified: {names[0]}{more}")
 
+    def run_ahead(self, wait: Callable[[], Any]) -> None:
+        """Let engines ``wait``, and then run their jobs while they qualify."""
+        for (name, _), checks in self.checks.items():
+            if name != OWN:
+                self.ahead.submit(self._prepare, self.benches[name], checks, wait)
+
+    @staticmethod
+    def _prepare(
+        bench: Bench, checks: Iterable[Check], wait: Callable[[], Any] = lambda: None
+    ) -> None:
+        wait()
+        jobs = (job for check in checks for job in check.jobs)
+        bench.prepare([job for job in jobs if not bench.refusal(job)])
+
     def leave_out(self, unqualified: Sequence[str]) -> None:
-        """Leave out engines that do not qualify."""
+        """Leave out engines that do not qualify, and end what they run."""
         self.unqualified += unqualified
         for name in unqualified:
-            del self.benches[name]
+            self.benches.pop(name).engine.close()
         if unqualified:
             self._plan_comparisons()
 

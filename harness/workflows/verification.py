@@ -171,6 +171,7 @@ def _planned(
 def _run(session: Session, copies: Sequence[Copy], tested: Set[str]) -> None:
     """Qualify engines in this process, and run the checks of all processes."""
     with compiled_chains(if_new=OWN in tested) as wait:
+        session.run_ahead(wait)
         session.qualify(tested)
         for copy in copies:
             copy.send(session.unqualified)
