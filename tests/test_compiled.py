@@ -14,7 +14,7 @@ import pytest
 from harness import compiled, solvers
 from harness.compiled import jit, waits_for_compilation
 from harness.files import VARIABLE
-from harness.workflows.session import COMPILE_CHAINS
+from harness.workflows.session import COMPILE
 
 KERNEL = """
 from harness.compiled import jit
@@ -174,12 +174,25 @@ def test_a_place_waits_for_kernels_until_one_is_kept_there(monkeypatch, tmp_path
     assert not waits_for_compilation(folder)
 
 
-@pytest.mark.slow  # it compiles for ten seconds
-def test_the_kernels_of_chains_are_those_that_the_own_checks_of_towers_need(tmp_path):
+OTHERS = """
+from numba.core import event
+from harness.solvers import reference
+
+with event.install_recorder("numba:compile") as compiled:
+    reference.run(reference.SMALLEST)
+names = {record.data["dispatcher"].py_func.__name__ for _, record in compiled.buffer}
+friction = {"find_slip", "tangential_force", "rolling_torque", "twisting_torque"}
+print(len(names & friction), "take_steps" in names)
+"""
+
+
+@pytest.mark.slow  # it compiles for ten and for twenty seconds
+@pytest.mark.parametrize(("beside", "then"), [(COMPILE[1], OWN_CHECKS), (COMPILE[0], OTHERS)])
+def test_what_another_process_compiles_is_what_this_one_needs(beside, then, tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    for command in (["-c", COMPILE_CHAINS], ["-c", OWN_CHECKS]):
+    for text in (beside, then):
         run = subprocess.run(
-            [sys.executable, "-P", *command], env=environment, capture_output=True, text=True,
+            [sys.executable, "-P", "-c", text], env=environment, capture_output=True, text=True,
             check=True,
         )  # fmt: skip
     assert run.stdout.split() == ["0", "True"]

@@ -23,12 +23,13 @@ from numpy.typing import NDArray
 
 from harness.compiled import shielded
 from harness.errors import EngineNaNError
-from harness.model.base import Parameters
+from harness.model.base import ZERO, Parameters
 from harness.model.conventions import Faults, Rules
 from harness.model.law import DAMPING, Law, damping_ratio
 from harness.model.scene import Body, Floats, Motion, Scene, Wall
-from harness.solvers import contacts, kernels, mdr
+from harness.solvers import contacts, friction, kernels, mdr
 from harness.solvers.contacts import System
+from harness.solvers.friction import Press, Touch
 from harness.solvers.kernels import FORCE, PARTS, SPIN, TORQUE, VELOCITY
 
 Number = TypeVar("Number", float, Floats)
@@ -359,3 +360,15 @@ LAW = _kind(_law(Law(), Faults(), wall=False))
 BODY = _kind(_body(SMALLEST, SMALLEST.bodies[0], Faults()))
 WALL = _kind(_wall(Wall()))
 CONTACT = _kind(_NO_CONTACT)
+
+
+def compile_friction() -> None:
+    """Compile the kernels of friction alone, which another process then finds in the cache."""
+    falling = SMALLEST.replace(walls=(Wall(),), step=1e-4)
+    system = system_of(falling, Rules(), Faults())
+    contact, law, rules = system.contacts[0], system.laws[0], system.rules
+    touch, press = Touch(ZERO, 0.0, 0.0, ZERO), Press(1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    slip = friction.find_slip(rules, False, touch, press, 1.0, (ZERO, ZERO, ZERO), 1.0)
+    friction.tangential_force(contact, law, rules, touch, press, slip, 1.0)
+    friction.rolling_torque(contact, law, rules, ZERO, press, slip, 1.0)
+    friction.twisting_torque(contact, law, rules, ZERO, press, slip, 1.0)

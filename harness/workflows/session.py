@@ -34,7 +34,10 @@ from harness.workflows import Progress
 from harness.workflows.runs import OpenEngine
 
 Key = tuple[str, str]  # engine and case
-COMPILE_CHAINS = "from harness.cases.tower.runs import compile_chains; compile_chains()"
+COMPILE = (
+    "from harness.solvers.reference import compile_friction; compile_friction()",
+    "from harness.cases.tower.runs import compile_chains; compile_chains()",
+)  # what another process compiles meanwhile: the first is needed sooner
 SIDE_BY_SIDE = 4  # cases at a time: solvers compute while others wait for an engine
 NO_CHECKS = "the case has no checks of this engine"
 
@@ -448,15 +451,15 @@ def kernels_are_new() -> bool:
 
 
 @contextmanager
-def compiled_chains(*, if_new: bool) -> Iterator[Callable[[], Any]]:
-    """Compile the kernels of chains where they are new, in another process; yield a wait for it.
+def compiled_beside(*, if_new: bool) -> Iterator[Callable[[], Any]]:
+    """Compile friction and chains where they are new, in another process; yield a wait for it.
 
-    Numba compiles one kernel at a time in a process.
+    Numba compiles one kernel at a time in a process, and the rest of the reference takes as long.
     """
     if not if_new or not kernels_are_new():
         yield lambda: None
         return
-    command = [sys.executable, "-P", "-c", COMPILE_CHAINS]
+    command = [sys.executable, "-P", "-c", "; ".join(COMPILE)]
     with Popen(command, stdout=DEVNULL, stderr=DEVNULL, env=one_thread()) as process:
         try:
             yield process.wait

@@ -42,7 +42,7 @@ from harness.workflows.session import (
     Outline,
     Part,
     Session,
-    compiled_chains,
+    compiled_beside,
     kernels_are_new,
     opened_engines,
 )
@@ -170,7 +170,7 @@ def _planned(
 
 def _run(session: Session, copies: Sequence[Copy], tested: Set[str]) -> None:
     """Qualify engines in this process, and run the checks of all processes."""
-    with compiled_chains(if_new=OWN in tested) as wait:
+    with compiled_beside(if_new=OWN in tested) as wait:
         session.run_ahead(wait)
         session.qualify(tested)
         for copy in copies:
