@@ -400,7 +400,7 @@ def _changes(run: Run) -> dict[str, Any]:
     """Return the changes against the accepted run: their numbers, and those that fail the run."""
     if run.changes is None:
         return {"changed": None, "regressions": None}
-    numbers = [f"{number} {change}" for change, number in counts_of_changes(run.changes).items()]
+    numbers = [f"{count} {change}" for change, count in counts_of_changes(run.changes).items()]
     frame = run.regressions.fillna(dict.fromkeys(KEY, ""))
     verdicts = zip(frame["verdict_before"], frame["verdict_after"], strict=True)
     table = pd.DataFrame({
