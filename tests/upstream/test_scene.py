@@ -224,7 +224,7 @@ SEGMENTS = "run_segments: |\n  3000 3000"
         (("epsilon: 1e-08", "epsilon: small"), "epsilon = 'small'"),
         (("run_vel: |2\n    0 ", "run_vel: |2\n    nan "), "run_vel"),
         (("pre_commands: |", "pre_commands: ["), "cannot be read"),
-        ((TEXT, "[" * 3000), "cannot be read"),
+        ((TEXT, "[" * 1000), "cannot be read"),
         ((TEXT, "- 1\n"), "must be a test of unittest/granular"),
         ((TEXT, "pair_style: [a]\n"), "must be a test of unittest/granular"),
         ((TEXT, "\udcff\udcfe\x00"), "cannot be read"),
