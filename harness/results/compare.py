@@ -151,7 +151,8 @@ def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.ob
     was_untested, is_untested = (one == Verdict.NOT_TESTED for one in verdicts)
     setups = [*zip(*(both[name] for name in KEY if name != "quantity"), strict=True)]
     had = [{*compress(setups, mask)} for mask in (~gone, ~gone & ~is_untested)]
-    refused = np.array([setup in had[0] and setup not in had[1] for setup in setups], bool)
+    untested = had[0] - had[1]  # one whose plain run is not has no variations either
+    refused = np.array([s in untested or (*s[:-1], "") in untested for s in setups], bool)
     missed = gone & ~refused & after(_side(both, "before"))
     awaited = appeared & before(_side(both, "after"))
     ranks = [np.array([RANKS.get(v, BEST_RANK) for v in one], int) for one in verdicts]

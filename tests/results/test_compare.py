@@ -155,6 +155,15 @@ def test_a_setup_that_is_refused_is_one_row_for_all_of_its_quantities():
     assert list(changes[changes["change"] == Change.WORSE]["quantity"]) == ["angle"]
 
 
+def test_a_setup_that_is_refused_has_no_variations_either():
+    varied = row(check="two ranks")
+    accepted, refused = table([row(), varied]), not_tested(row(), "no such contact")
+    assert regressions(compare(accepted, table([refused]))).empty
+    assert list(regressions(compare(accepted, table([row()])))["check"]) == ["two ranks"]
+    other = table([refused, not_tested(varied, "no mpirun")])
+    assert regressions(compare(accepted, other)).empty
+
+
 def test_the_gravest_change_stands_first_and_the_largest_of_a_class():
     after = rows(("shock", row("shock", 10.2)), ("time", recorded("time", 3.1, WIDE)),
                  ("angle", None), ("sink", row("sink")),
