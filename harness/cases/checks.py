@@ -318,7 +318,7 @@ def _explained(
     for group in groups.values():
         alike = {(row.setup, row.check): row for _, row in group}.values()
         acting = [defect for defect in defects if any(map(defect.concerns, alike))]
-        acting = [d for d in acting if not d.command or d.has_option(bench.engine.identify().how)]
+        acting = [d for d in acting if d.is_in_program(bench.engine.identify().how)]
         runs.append(_Run(bench, group, acting))
     marked = {row.key: row for run in parallel_map(_Run.marked, runs, cores()) for row in run}
     return [marked[row.key] for row in rows]

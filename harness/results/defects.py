@@ -64,6 +64,8 @@ class KnownDefect(Parameters):
     until: str = Field("", description="[-] last release known to have it, empty for all")
     command: str = Field(
         "", description="[-] option of the program that brings it; runs without it have it not")
+    unless: str = Field(
+        "", description="[-] option with which the program runs another style, without it")
     upstream: str = Field(min_length=5, description="[-] what its developers wrote of it")
     script: str = Field("", description="[-] file that shows it with the engine alone")
     faults: dict[str, Any] = Field({}, description="[-]")
@@ -126,9 +128,11 @@ class KnownDefect(Parameters):
             and self.has_release(row.version)
         )
 
-    def has_option(self, how: str) -> bool:
-        """Return whether a program was started with the value of its option."""
-        return self.command.split()[-1] in how.split()
+    def is_in_program(self, how: str) -> bool:
+        """Return whether a program has it that was started with these options."""
+        words = how.split()
+        brought = not self.command or self.command.split()[-1] in words
+        return brought and not (self.unless and self.unless.split()[-1] in words)
 
     def has_release(self, version: str) -> bool:
         """Return whether a version is of the releases that are known to have it."""

@@ -139,6 +139,10 @@ def test_a_run_that_holds_where_the_switch_moves_it_is_fixed():
     with_option, without = Code(TSUJI_FAULT, how=how), Code(TSUJI_FAULT)
     assert verdicts(rows_of(with_option, optional)) == ["known defect"] * 3 + ["pass"]
     assert verdicts(rows_of(without, optional)) == ["fail"] * 3 + ["pass"]
+    elsewhere = (WEAK.replace(unless="-sf weak"),)  # another style runs there, and may have it not
+    assert verdicts(rows_of(Code(how=how), elsewhere)) == ["pass"] * 4
+    assert verdicts(rows_of(with_option, elsewhere)) == ["fail"] * 3 + ["pass"]
+    assert verdicts(rows_of(without, elsewhere)) == ["known defect"] * 3 + ["pass"]
     sliding = rows_of(Code(), (WEAK.replace(laws=("*",)),), scene=SLIDING, setup="hooke, wall")
     assert verdicts(sliding) == ["pass"] * 4  # the switch moves nothing here
 
