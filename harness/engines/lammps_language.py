@@ -53,6 +53,7 @@ _ERRORS: tuple[tuple[str, type[EngineError], str], ...] = (  # pattern, error, i
     (_LOST.pattern, EngineLostAtomsError, "lost an atom"),
     # as in "Fix wall/gran/kk doesn't yet support granular style" of fix_wall_gran_kokkos.cpp
     (r"does(?:n't| not) (?:\(?yet\)? )?support .*\bstyle\b", EngineUnsupportedError, ""),
+    (r"/kk requires newton 'off'", EngineUnsupportedError, ""),  # springs of gran/hooke/history/kk
     ("", EngineInputError, "refused its input"),
 )
 

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from harness.model.scene import Motion, Scene
 
 BATCH = ("-in", "batch.in", "-log", "none", "-screen", "none")
+SUFFIXES = ("-sf", "-suffix")  # the option that replaces styles by their variants
 # ranks of MPICH that wait sleep after so many looks: where there are more ranks than cores, four
 # ranks of a contact on two cores take a fifth of the time; other libraries ignore it
 SLEEPING = {
@@ -164,6 +165,8 @@ class Lammps(LammpsLanguage):
         if self.arguments or self._launcher:
             self._check_start(self._launcher)
         how = [shlex.join(self._launcher) or "executable", shlex.join(self.arguments)]
+        if self._takes_kokkos and "granular/kk" not in answer.split():
+            how.insert(1, "pair_style granular without kk")  # scripts run the plain style
         return Provenance("lammps", version, packages, self.program, ", ".join(filter(None, how)))
 
     def _check_start(self, launcher: Sequence[str]) -> None:
@@ -191,9 +194,23 @@ class Lammps(LammpsLanguage):
 
     def rules(self, scene: Scene) -> Rules:
         """Return the conventions by which this release runs a scene."""
-        from harness.engines.lammps.scene import rules
+        from harness.engines.lammps.scene import rules, script
+        from harness.engines.lammps.words import check_kokkos
 
-        return rules(scene, self._release)
+        conventions = rules(scene, self._release)
+        if self._takes_kokkos:
+            check_kokkos(script(scene), self._styles)
+        return conventions
+
+    @property
+    def _takes_kokkos(self) -> bool:
+        """Return whether the arguments replace styles by their variants for KOKKOS."""
+        return any(f" {suffix} kk " in f" {' '.join(self.arguments)} " for suffix in SUFFIXES)
+
+    @cached_property
+    def _styles(self) -> frozenset[str]:
+        """The words of the executable's help, all of its styles among them."""
+        return frozenset(self.ask([self.program, "-h"])[0].split())
 
     @property
     def _release(self) -> str | None:
@@ -214,7 +231,10 @@ class Lammps(LammpsLanguage):
         """Return the plain script of a job's scene."""
         from harness.engines.lammps.scene import script
 
-        return script(*_scene_and_variation(job))
+        scene, variation = _scene_and_variation(job)
+        if self._takes_kokkos:  # it searches neighbours in bins alone
+            variation = replace(variation, bins=True)
+        return script(scene, variation)
 
     def motions(self, jobs: Sequence[Job]) -> list[Motion | EngineError]:
         """Return the motions of scenes by the executable, in-process by the library's own."""
@@ -302,12 +322,14 @@ class Lammps(LammpsLanguage):
         return super().refuses(job) or self._missing_submodel(job)
 
     def _missing_submodel(self, job: Job) -> str:
-        """Return the submodel among a script's values that this release does not have."""
-        from harness.engines.lammps.words import FIRST_RELEASES, check_release
+        """Return the submodel of a script, or among its values, that this LAMMPS does not have."""
+        from harness.engines.lammps.words import FIRST_RELEASES, check_kokkos_walls, check_release
 
         names = sorted(FIRST_RELEASES.keys() & {*map(str, job.values.values())})
         try:
             check_release(names, self._release if names else None)
+            if self._takes_kokkos and self.has_template(job.template):
+                check_kokkos_walls(self.script(job.template, job.variant).text)
         except Unsupported as reason:
             return str(reason)
         return ""

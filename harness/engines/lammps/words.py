@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Collection, Iterable, Iterator
 
 from harness.engines.output import release_of
 from harness.errors import Unsupported
@@ -31,6 +32,26 @@ def check_release(names: Iterable[str], release: str | None) -> None:
         first = FIRST_RELEASES.get(name)
         if first and release and release_of(release) < release_of(first):
             raise Unsupported(f"LAMMPS {release} has no {name}: LAMMPS {first} has it")
+
+
+def check_kokkos(script: str, styles: Collection[str]) -> None:
+    """Raise Unsupported where a contact style of a script has no variant kk among ``styles``.
+
+    With ``-sf kk`` LAMMPS runs the plain style in its place.
+    """
+    for style in re.findall(r"^(?:pair_style|fix \S+ \S+ (?=wall/gran)) *(\S+)", script, re.M):
+        if f"{style}/kk" not in styles:
+            raise Unsupported(f"{style} has no variant kk in this LAMMPS: it runs without -sf kk")
+    check_kokkos_walls(script)
+
+
+def check_kokkos_walls(script: str) -> None:
+    """Raise Unsupported for a wall of a script that fix wall/gran/kk leaves without a force.
+
+    Pull request 5182 of LAMMPS (2026) has it refuse the word ``granular``, which it took silently.
+    """
+    if re.search(r"^fix \S+ \S+ wall/gran granular ", script, re.M):
+        raise Unsupported("fix wall/gran/kk has no style granular: its walls exert no force")
 
 
 def names_of(law: Law) -> list[str]:

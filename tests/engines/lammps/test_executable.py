@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from harness.cases.drop import CASE
+from harness.cases.registry import get_case
 from harness.engines.base import scene_job
 from harness.engines.lammps.engine import Lammps
 from harness.engines.registry import program_words
 from harness.errors import EngineMissingError
-from tests.engines.lammps.scenes import SCENES
+from tests.engines.lammps.scenes import BOWL, LAWS, LOW, SCENES, SYSTEMS, on_wall
 
 LOADER = "lmp: error while loading shared libraries: libmpi.so.12: cannot open shared object file"
 HELP = (
@@ -54,6 +55,30 @@ def test_arguments_reach_every_run_and_stand_where_it_came_from(lmp_binary):
     there, here = (output.tables["series"]["vy_m_per_s"] for output in outputs)
     assert there == pytest.approx(here, rel=1e-9)
     assert outputs[0].log.startswith("# lmp -sf omp -in drop.in")
+
+
+def test_with_kokkos_contacts_run_whose_styles_have_a_variant(script_file):
+    """Also a script with walls that exert no force there is refused."""
+    said = f"{HELP.replace('KSPACE', 'GRANULAR')}\n\ngran/hooke/history/kk wall/gran/kk"
+    program = script_file(f"[ $1 = -h ] && cat <<END || echo 'LAMMPS (1)'\n{said}\nEND\n")
+    history = LAWS["gran/hooke/history"]
+    refused = {
+        "wall/gran/region has no variant kk in this LAMMPS": on_wall(BOWL, LOW, history),
+        "gran/hooke has no variant kk in this LAMMPS: it": SYSTEMS["wall"](LAWS["gran/hooke"]),
+        "granular has no variant kk": SYSTEMS["spheres"](LAWS["linear_history"]),
+    }
+    silo, old = get_case("silo"), scene_job(SYSTEMS["wall"](history))
+    with Lammps(lmp=f"{program} -k on -sf kk") as engine, Lammps(lmp=program) as plain:
+        for reason, scene in refused.items():
+            assert engine.refuses(scene_job(scene)).startswith(reason)
+            assert not plain.refuses(scene_job(scene))
+        assert engine.refuses(silo.job(silo.default)).startswith("fix wall/gran/kk has no style")
+        assert not engine.refuses(CASE.job(CASE.default))
+        assert not engine.refuses(old)
+        how = engine.identify().how  # of the scripts that run
+        assert how == "executable, pair_style granular without kk, -k on -sf kk"
+        assert " bin\n" in engine.scene_script(old)  # KOKKOS refuses nsq
+        assert " nsq\n" in plain.scene_script(old)
 
 
 @pytest.mark.live

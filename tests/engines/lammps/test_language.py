@@ -73,9 +73,15 @@ def test_errors_of_liggghts_are_in_the_same_words(name, kind):
     assert str(error).startswith("LIGGGHTS ")
 
 
-def test_a_style_without_a_variant_for_kokkos_is_not_supported_in_the_words_of_lammps():
-    said = "Fix wall/gran/kk doesn't yet support hertz/history style"
-    log = f"run 100\nERROR: {said} (src/KOKKOS/fix_wall_gran_kokkos.cpp:128)\n"
+@pytest.mark.parametrize(
+    ("said", "file"),
+    [
+        ("Fix wall/gran/kk doesn't yet support hertz/history style", "fix_wall_gran"),
+        ("Fix neigh/history/kk requires newton 'off' for exchange communication", "neigh_history"),
+    ],
+)
+def test_what_kokkos_lacks_is_not_supported_in_the_words_of_lammps(said, file):
+    log = f"run 100\nERROR: {said} (src/KOKKOS/{file}_kokkos.cpp:128)\n"
     error = error_of(Ended("", 1, 0.1, timed_out=False), log)
     assert isinstance(error, EngineUnsupportedError)
     assert said in str(error)
