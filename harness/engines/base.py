@@ -329,6 +329,9 @@ class Engine(ABC):
     def forget_processes(self) -> None:  # noqa: B027 - nor to forget
         """Leave processes and connections to the process of which this one is a copy."""
 
+    def share_cores(self, processes: int) -> None:  # noqa: B027 - nor workers to divide
+        """Run fewer jobs at a time, as so many processes have this engine."""
+
     def __enter__(self) -> Self:
         return self
 

@@ -56,6 +56,10 @@ class Reference(Engine):
         self.workers = workers or cores()
         self.traits = replace(type(self).traits, integrator=integrator)
 
+    def share_cores(self, processes: int) -> None:
+        """Run fewer jobs at a time, as so many processes have this engine."""
+        self.workers = max(1, self.workers // processes)
+
     def identify(self) -> Provenance:
         """Return the version, which is the harness's own, and the integrator."""
         return Provenance(self.name, __version__, how="compiled", integrator=self.integrator)

@@ -169,6 +169,10 @@ class ProgramEngine(Engine):
         """
         return ended.error(self.title)
 
+    def share_cores(self, processes: int) -> None:
+        """Run fewer jobs at a time, as so many processes have this engine."""
+        self.workers = max(1, self.workers // processes)
+
     def close(self) -> None:
         """End what runs; whoever waits for it removes its files."""
         self.processes.close()

@@ -161,7 +161,9 @@ def _planned(
 
     # libraries of other systems do not survive a fork
     can_be_copied = sys.platform == "linux" and all(e.can_be_copied for e in session.engines)
-    most = min(processes, len(rest) // CASES_OF_A_COPY) if can_be_copied else 1
+    most = max(1, min(processes, len(rest) // CASES_OF_A_COPY)) if can_be_copied else 1
+    for engine in session.engines:
+        engine.share_cores(most)
     copies = [stack.enter_context(Copy(work, partial(total, place))) for place in range(1, most)]
     session.prepare_qualification()
     session.plan(chain(first, queue))
