@@ -148,14 +148,14 @@ def _changes(both: pd.DataFrame, before: Covers, after: Covers) -> NDArray[np.ob
     # arrays: each operation of pandas takes as long as all of these
     verdicts = [both[f"verdict_{side}"].to_numpy(object) for side in ("before", "after")]
     appeared, gone = map(pd.isna, verdicts)
-    was_untested, is_untested = (one == Verdict.NOT_TESTED for one in verdicts)
+    was_untested, is_untested = (side == Verdict.NOT_TESTED for side in verdicts)
     setups = [*zip(*(both[name] for name in KEY if name != "quantity"), strict=True)]
     had = [{*compress(setups, mask)} for mask in (~gone, ~gone & ~is_untested)]
     untested = had[0] - had[1]  # one whose plain run is not has no variations either
     refused = np.array([s in untested or (*s[:-1], "") in untested for s in setups], bool)
     missed = gone & ~refused & after(_side(both, "before"))
     awaited = appeared & before(_side(both, "after"))
-    ranks = [np.array([RANKS.get(v, BEST_RANK) for v in one], int) for one in verdicts]
+    ranks = [np.array([RANKS.get(v, BEST_RANK) for v in side], int) for side in verdicts]
     other_input = differ(*(_texts(both[f"inputs_{side}"]) for side in ("before", "after")))
     old, new = both["value_before"].to_numpy(float), both["value_after"].to_numpy(float)
     with np.errstate(invalid="ignore", over="ignore"):  # values may be infinite

@@ -215,8 +215,8 @@ def table(rows: Iterable[Row]) -> pd.DataFrame:
     every = list(rows)
     cells = {name: [_plain(getattr(row, name)) for row in every] for name in COLUMNS}
     numbers = {name: np.array(cells[name], float) for name in NUMBERS}
-    known = cells if every else {}  # an empty list would be a column of numbers
-    frame = pd.DataFrame(known | numbers, columns=list(COLUMNS))
+    values = cells if every else {}  # an empty list would be a column of numbers
+    frame = pd.DataFrame(values | numbers, columns=list(COLUMNS))
     check_keys(frame)
     return frame
 
