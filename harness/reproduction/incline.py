@@ -232,7 +232,7 @@ def damped_contact(
     solution = solve_ivp(
         lambda _, s: [s[1], -(stiffness * s[0] + damping * s[1]) / mass],
         (0.0, 100 * period), [1e-13 * period, 1.0],
-        events=end, rtol=1e-11, atol=1e-14 * period)  # fmt: skip
+        method="DOP853", events=end, rtol=1e-11, atol=1e-14 * period)  # fmt: skip
     return float(solution.t[-1]), -float(solution.y[1, -1])
 
 
