@@ -139,13 +139,18 @@ class ContactCase(Case[P]):
             yield from trial.checks(engine)
         for trial in self.trials:
             varied = trial.varied
-            if varied and runs_at(varied, level) and not engine.refuses(trial.job):
-                for name, scene in engine.variations(trial.scene):
-                    later = varied == "quick" and name != QUICK_VARIATION
-                    shortest = "default" if later else varied
-                    if runs_at(shortest, level):
-                        other = replace(trial, level=shortest, variation=name, varied_scene=scene)
-                        yield from other.checks(engine)
+            if varied is None or not runs_at(varied, level):
+                continue
+            if engine.refuses(trial.job):
+                if trial not in chosen:  # one row stands for its variations as well
+                    yield from replace(trial, level=varied).checks(engine)
+                continue
+            for name, scene in engine.variations(trial.scene):
+                later = varied == "quick" and name != QUICK_VARIATION
+                shortest = "default" if later else varied
+                if runs_at(shortest, level):
+                    other = replace(trial, level=shortest, variation=name, varied_scene=scene)
+                    yield from other.checks(engine)
 
     def notes(self, bench: Bench) -> Any:
         """Return how much conventions of the engine move runs."""

@@ -197,10 +197,14 @@ def test_a_scene_that_an_engine_refuses_is_one_row_with_the_reason():
         def rules(self, _):
             raise Unsupported("its walls mix no materials")
 
-    rows = rows_of(case_named("oblique"), Refuses())
+    case = case_named("prescribed-motion")
+    rows = rows_of(case, Refuses())
     assert verdicts(rows) == {Verdict.NOT_TESTED}
     assert {row.note for row in rows} == {"its walls mix no materials"}
     assert len(rows) == len({row.setup for row in rows})
+    varied = {trial.setup for trial in case.trials if trial.varied == "quick"}
+    assert varied - {trial.setup for trial in case.trials if trial.level == "quick"}
+    assert varied <= {row.setup for row in rows}  # of variations as well
 
 
 # ---- LAMMPS
