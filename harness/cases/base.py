@@ -34,11 +34,12 @@ from harness.engines.output import Table
 from harness.errors import EngineError, HarnessError, RequestError, Unsupported
 from harness.model.base import Parameters
 from harness.model.law import PLASTIC, NamedContact
+from harness.report.content import Section
 from harness.results.rows import LEVELS, Failure, Kind, Level, Tolerance
 
 if TYPE_CHECKING:
     from harness.model.scene import Scene
-    from harness.report.content import Discs, Section
+    from harness.report.content import Discs
 
 __all__ = ["LEVELS", "Case", "Check", "Level", "Quantity", "Value"]
 
@@ -258,16 +259,17 @@ def case_error(case: Any, call: str, result: str, expected: str) -> CaseError:
     return CaseError(f"{where}case {case.name!r}: {call} {result}, must return {expected}")
 
 
+RETURNED = {
+    "checks": (Check, "a list of harness.cases.base.Check"),
+    "own_checks": (Check, "a list of harness.cases.base.Check"),
+    "comparisons": (tuple, "a list of pairs (Engine, Check)"),
+    "sections": (Section, "a list of harness.report.content.Section"),
+}  # by the methods of a case
+
+
 def returned(case: Case[Any], call: str, *arguments: Any) -> list[Any]:
     """Return the list that a method of a case makes; raise CaseError for anything else."""
-    from harness.report.content import Section  # with pandas: slow to import
-
-    kind, must = {
-        "checks": (Check, "a list of harness.cases.base.Check"),
-        "own_checks": (Check, "a list of harness.cases.base.Check"),
-        "comparisons": (tuple, "a list of pairs (Engine, Check)"),
-        "sections": (Section, "a list of harness.report.content.Section"),
-    }[call]
+    kind, must = RETURNED[call]
     method: Callable[..., Any] = case.checks_up_to if call == "checks" else getattr(case, call)
     try:
         items = list(method(*arguments))

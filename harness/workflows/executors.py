@@ -319,12 +319,12 @@ class Copy:
         how = way_of_death(self._process.exitcode or 0)
         return HarnessError(f"a process that verifies some of the cases died: {how}")
 
-    def __enter__(self) -> Self:
-        return self
-
     def close(self) -> None:
         """Let the copy close what it has opened, and end."""
         self._link.close()
+
+    def __enter__(self) -> Self:
+        return self
 
     def __exit__(self, error: object, *_: object) -> None:
         if error is not None:

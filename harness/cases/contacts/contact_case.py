@@ -237,7 +237,7 @@ class Trial:
         case, p = self.case, self.parameters
         try:
             first = _expected_values(self, bench)
-            second = observe(p, reference.run(self.scene, other))
+            second = self._values_by(other)
         except EngineNaNError:  # a run that the other rows report
             return 0.0, ""
         changes = {
@@ -247,6 +247,10 @@ class Trial:
         }
         name = max(changes, key=changes.__getitem__, default="")
         return changes.get(name, 0.0), name
+
+    @lru_cache(maxsize=8192)  # noqa: B019 - of frozen objects, and codes share conventions
+    def _values_by(self, rules: Rules) -> Mapping[str, float]:
+        return observe(self.parameters, reference.run(self.scene, rules))
 
     def _motion_difference(self, bench: Bench) -> Value:
         motion, unwritten = bench.motion(self.job), bench.unwritten([self.job])
